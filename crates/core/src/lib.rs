@@ -1,0 +1,10 @@
+//! The part of asbuilt whose work grows with the points: decoding files, gathering voxel evidence,
+//! and the kernels that grow with cells times angles. It knows no Python, prints nothing, reads no
+//! configuration, and gives the same bytes for any number of threads.
+
+pub mod error;
+pub mod hough;
+pub mod read;
+pub mod voxel;
+
+pub use error::{Error, Result};
