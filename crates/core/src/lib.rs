@@ -3,6 +3,7 @@
 //! configuration, and gives the same bytes for any number of threads.
 
 pub mod error;
+pub mod gather;
 pub mod hough;
 pub mod read;
 pub mod voxel;

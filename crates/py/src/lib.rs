@@ -1,0 +1,19 @@
+//! Python bindings: check shapes, release the interpreter, call `asbuilt_core`, wrap the result. Private; the public
+//! interface is the Python package.
+
+mod error;
+mod evidence;
+mod hough;
+mod read;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::evidence::Evidence;
+    #[pymodule_export]
+    use crate::hough::{hough_batch, hough_incremental};
+    #[pymodule_export]
+    use crate::read::{PointReader, read_header};
+}
