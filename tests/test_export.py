@@ -1,0 +1,174 @@
+"""Each export is read back by a program that is not ours, and is whole or not there."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import re
+import stat
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import ezdxf
+import numpy as np
+import pytest
+from PIL import Image
+
+from asbuilt import FloorPlan, load_plan
+from asbuilt.errors import OutputError, ParameterError
+from asbuilt.export import check_output, export, known_suffixes
+from asbuilt.plan import WallFace
+
+SVG = "{http://www.w3.org/2000/svg}"
+ALL = sorted(known_suffixes())
+
+
+def test_geojson_comes_back_as_it_was(plan, tmp_path):
+    assert export(plan, tmp_path / "plan.geojson") == (tmp_path / "plan.geojson",)
+    assert load_plan(tmp_path / "plan.geojson") == plan
+    text = json.loads((tmp_path / "plan.geojson").read_text())
+    assert text["type"] == "FeatureCollection"
+    assert len(text["features"]) == 2 + 8
+
+
+def test_geojson_takes_numpy_numbers(one_storey, tmp_path):
+    face = WallFace((np.float64(0), np.float64(1)), (2.0, 3.0), np.float32(0.5), np.float64(0), np.int64(7))
+    plan = FloorPlan((type(one_storey.storeys[0])(0, np.float32(0.0), 2.5, None, (face,)),))
+    export(plan, tmp_path / "plan.geojson")
+    assert load_plan(tmp_path / "plan.geojson").wall_faces[0].voxels == 7
+
+
+def test_dxf_has_each_storey_on_its_layer_in_metres_and_passes_the_audit(plan, tmp_path):
+    export(plan, tmp_path / "plan.dxf")
+    drawing = ezdxf.readfile(tmp_path / "plan.dxf")
+    auditor = drawing.audit()
+    assert not auditor.has_errors
+    assert not auditor.has_fixes
+    assert drawing.dxfversion == "AC1032"  # R2018
+    assert drawing.units == ezdxf.units.M
+    for storey in plan:
+        lines = drawing.modelspace().query(f'LINE[layer=="A-WALL-S{storey.index}"]')
+        drawn = [(line.dxf.start.xyz, line.dxf.end.xyz) for line in lines]
+        assert drawn == [((*face.start, 0.0), (*face.end, 0.0)) for face in storey.wall_faces]
+    assert drawing.layers.get("A-WALL-S0").is_on()
+    assert ("CRS", "EPSG:25832") in drawing.header.custom_vars.properties
+
+
+def test_svg_is_to_scale_and_its_description_leads_back_to_the_world(plan, tmp_path):
+    lower, upper = export(plan, tmp_path / "plan.svg", scale=50)
+    assert [lower.name, upper.name] == ["plan_s0.svg", "plan_s1.svg"]
+    root = ET.parse(lower).getroot()
+    width, height = (float(root.attrib[key].removesuffix("mm")) for key in ("width", "height"))
+    assert root.attrib["viewBox"] == f"0 0 {width:g} {height:g}"
+    lines = root.findall(f"{SVG}g[@id='A-WALL-S0']/{SVG}line")
+    first = {key: float(lines[0].attrib[key]) for key in ("x1", "y1", "x2", "y2")}
+    assert first["x2"] - first["x1"] == pytest.approx(8.0 * 20)  # 1:50 is 20 mm to the metre
+    assert all(0 <= value <= width for value in first.values())
+    # x = x0 + scale (u - margin): the formula that the file gives
+    x0, per_unit, margin = re.search(r"x = (\S+) \+ (\S+) \(u - (\S+)\)", root.findtext(f"{SVG}desc")).groups()
+    assert float(x0) + float(per_unit) * (first["x1"] - float(margin)) == plan.wall_faces[0].start[0]
+
+
+def test_svg_of_two_storeys_lie_over_each_other(plan, tmp_path):
+    lower, upper = (ET.parse(path).getroot() for path in export(plan, tmp_path / "plan.svg"))
+    assert lower.attrib["viewBox"] == upper.attrib["viewBox"]
+
+
+@pytest.mark.parametrize("scale", [0, -1, float("nan")])
+def test_svg_refuses_a_scale_that_is_none(scale, one_storey, tmp_path):
+    with pytest.raises(ParameterError, match="scale is"):
+        export(one_storey, tmp_path / "plan.svg", scale=scale)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_png_shows_the_faces_where_they_are(one_storey, tmp_path):
+    export(one_storey, tmp_path / "plan.png")
+    with Image.open(tmp_path / "plan.png") as image:
+        pixels = np.asarray(image.convert("RGB")).astype(int)
+    assert pixels.shape[1] == 1800
+    walls = np.argwhere((pixels[..., 0] > 150) & (pixels[..., 1] < 60))
+    (top, left), (bottom, right) = walls.min(axis=0), walls.max(axis=0)
+    assert (right - left) / (bottom - top) == pytest.approx(8 / 5, rel=0.01)
+
+
+@pytest.mark.parametrize("suffix", ALL)
+def test_the_same_plan_gives_the_same_bytes(suffix, plan, tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "b").mkdir()
+    first = export(plan, tmp_path / "a" / f"plan{suffix}")
+    second = export(plan, tmp_path / "b" / f"plan{suffix}")
+    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+    assert ezdxf.options.write_fixed_meta_data_for_testing is False  # the caller's own files keep their dates
+
+
+@pytest.mark.parametrize("suffix", ALL)
+def test_an_empty_plan_is_written_too(suffix, tmp_path):
+    assert export(FloorPlan(), tmp_path / f"plan{suffix}") == (tmp_path / f"plan{suffix}",)
+    assert (tmp_path / f"plan{suffix}").stat().st_size > 0
+
+
+@pytest.mark.parametrize("suffix", ALL)
+@pytest.mark.parametrize("failure", [KeyboardInterrupt(), OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))])
+def test_an_interrupted_write_leaves_the_old_file(suffix, failure, one_storey, tmp_path, monkeypatch):
+    path = tmp_path / f"plan{suffix}"
+    path.write_bytes(b"old")
+
+    def fail(*_):
+        raise failure
+
+    monkeypatch.setattr(os, "fsync", fail)  # the last moment before the file takes its place
+    expected = KeyboardInterrupt if isinstance(failure, KeyboardInterrupt) else OutputError
+    with pytest.raises(expected) as caught:
+        export(one_storey, path)
+    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
+    assert path.read_bytes() == b"old"
+    if expected is OutputError:
+        assert str(caught.value) == f"{path}: cannot write: No space left on device"
+
+
+def test_a_link_goes_on_pointing_and_the_mode_is_the_users(one_storey, tmp_path):
+    (tmp_path / "link.svg").symlink_to(tmp_path / "real.svg")
+    before = os.umask(0o027)
+    try:
+        export(one_storey, tmp_path / "link.svg")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "link.svg").is_symlink()
+    assert stat.S_IMODE((tmp_path / "real.svg").stat().st_mode) == 0o640
+
+
+def test_an_unknown_suffix_gets_the_list_of_known_ones(tmp_path):
+    for name in ("plan.docx", "plan", ".dxf"):
+        with pytest.raises(OutputError, match=r"\.geojson.*\.dxf.*\.svg.*\.png"):
+            check_output(tmp_path / name)
+    check_output(tmp_path / "PLAN.DXF")
+
+
+def test_a_missing_folder_and_a_folder_of_that_name_are_found_before_any_work(tmp_path):
+    with pytest.raises(OutputError, match="does not exist"):
+        check_output(tmp_path / "absent" / "plan.dxf")
+    (tmp_path / "plan.dxf").mkdir()
+    with pytest.raises(OutputError, match="is a folder"):
+        check_output(tmp_path / "plan.dxf")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="permissions do not bind the superuser")
+def test_a_read_only_folder_is_one_line(one_storey, tmp_path):
+    tmp_path.chmod(0o500)
+    try:
+        with pytest.raises(OutputError, match="permission"):
+            check_output(tmp_path / "plan.dxf")
+        with pytest.raises(OutputError, match="cannot write"):
+            export(one_storey, tmp_path / "plan.dxf")
+    finally:
+        tmp_path.chmod(0o700)
+
+
+def test_files_that_cannot_be_made_are_one_line(one_storey):
+    path = Path("/proc/plan.dxf")  # nobody, not even the superuser, makes files there
+    if not path.parent.is_dir():
+        pytest.skip("/proc is absent on this system")
+    with pytest.raises(OutputError) as caught:
+        export(one_storey, path)
+    assert "\n" not in str(caught.value)
