@@ -1,17 +1,31 @@
 //! Reading points, one module a format. A file is opened into a [`Source`]: its header at once, its
 //! points later, in parts that threads may decode side by side. A cloud is never held in memory.
 
+mod e57;
+mod input;
+mod las;
+mod laz;
+
 use std::path::Path;
 
 use crate::{Error, Result};
+use input::Input;
+
+/// Points that are handed on together: enough to forget the cost of the call, few enough to stay in the cache.
+const BATCH: usize = 16 * 1024;
+
+/// Points of one part, about: enough to forget the cost of starting it, few enough to keep every thread busy.
+const PART: u64 = 256 * 1024;
+
+/// Coordinates beyond this (in the file's unit) are no place on Earth: damaged data, or a marker for "nothing".
+const FARTHEST: f64 = 1e9;
 
 /// Points handed on together, in the file's own frame and unit, all finite.
 #[derive(Debug, Default)]
 pub struct Batch {
     /// x, y, z of each point.
     pub points: Vec<[f64; 3]>,
-    /// Index into [`Header::scans`] or the file's own scan number (LAS point source id) of each point.
-    /// Empty when all points belong to `scan`.
+    /// The scan number of each point (see [`Header::scan_key`]). Empty when all points belong to `scan`.
     pub scans: Vec<u32>,
     /// The scan of all points when `scans` is empty.
     pub scan: u32,
@@ -22,8 +36,10 @@ pub struct Batch {
 pub struct Scan {
     /// The number that [`Batch`] uses for it.
     pub number: u32,
-    /// A key that depends on what the scan is (its GUID, or its name and place), never on the order of files.
+    /// A key that depends on what the scan is (its GUID, or its place and points), never on the order of files.
     pub key: String,
+    /// The name that its user gave it, where the format has one.
+    pub name: Option<String>,
     /// Where the scanner stood, in the frame of the points.
     pub position: Option<[f64; 3]>,
     /// Points promised, invalid ones included.
@@ -35,16 +51,44 @@ pub struct Scan {
 pub struct Header {
     /// Format and version as people write it: "LAS 1.4, point format 6, LAZ".
     pub format: String,
-    /// Points promised, where the format says.
+    /// Points promised, invalid ones included, where the format says; see [`Header::check`].
     pub points: Option<u64>,
-    /// Smallest and largest x, y, z, where the format says.
+    /// Smallest and largest x, y, z, where the format says. A claim: points may lie outside.
     pub bounds: Option<[[f64; 3]; 2]>,
     /// Scans, where the format has them. LAS names its scans only point by point: then this is empty.
     pub scans: Vec<Scan>,
+    /// The first part of the keys of scans that only the points name; see [`Header::scan_key`].
+    pub key: String,
     /// Coordinate reference system, as WKT or "EPSG:n".
     pub crs: Option<String>,
-    /// Points already found unusable (not finite) are not known before reading; see [`Source::read`].
+    /// What a user should know about how this file was understood, a line each.
     pub notes: Vec<String>,
+}
+
+impl Header {
+    /// The key of the scan that a [`Batch`] calls `number`: the same key, whatever the order of files.
+    pub fn scan_key(&self, number: u32) -> String {
+        match self.scans.iter().find(|scan| scan.number == number) {
+            Some(scan) => scan.key.clone(),
+            None => format!("{}/{number}", self.key),
+        }
+    }
+
+    /// Complain if fewer points were read than the header promises.
+    ///
+    /// `seen` counts the points of all parts: those handed on and those left out.
+    ///
+    /// # Errors
+    /// [`Error::BadFile`] if points are missing.
+    pub fn check(&self, path: &Path, seen: u64) -> Result<()> {
+        match self.points {
+            Some(promised) if seen < promised => Err(Error::bad_file(
+                path,
+                format!("the header promises {promised} points, the file holds {seen}; it is cut short"),
+            )),
+            _ => Ok(()),
+        }
+    }
 }
 
 /// An opened file.
@@ -58,6 +102,10 @@ pub trait Source: Send + Sync {
     /// Decode one part and hand its points on, at most some 64 Ki a batch. The batch is reused.
     /// Invalid returns (E57 invalid states, PTX 0 0 0) and coordinates that are not finite are left out
     /// and counted in the result.
+    ///
+    /// # Errors
+    /// [`Error::BadFile`] when the data is damaged or cut short, [`Error::Io`] when the system refuses,
+    /// and whatever the sink returns.
     fn read(&self, part: usize, sink: &mut dyn FnMut(&Batch) -> Result<()>) -> Result<Skipped>;
 }
 
@@ -70,11 +118,109 @@ pub struct Skipped {
     pub not_finite: u64,
 }
 
-/// Open a file by what it holds; its suffix only decides between text formats.
+/// Every format by name, with the suffixes of its files (lower case, no dot).
+pub fn formats() -> &'static [(&'static str, &'static [&'static str])] {
+    &[("LAS", &["las", "laz"]), ("E57", &["e57"])]
+}
+
+/// Open a file by what it holds; its suffix only decides between text formats, but must not contradict the content.
 ///
 /// # Errors
 /// [`Error::BadFile`] when the content is not what the suffix says, is empty or cut short; [`Error::Io`] when it
 /// cannot be opened; [`Error::Unsupported`] for a suffix that no reader knows, with the list of those that are known.
 pub fn open(path: &Path) -> Result<Box<dyn Source>> {
-    Err(Error::unsupported(path, "no reader yet"))
+    let input = Input::open(path)?;
+    let head = input.head(16)?;
+    let found = sniff(&head);
+    let suffix = path.extension().map(|s| s.to_string_lossy().to_lowercase()).unwrap_or_default();
+    let expected = formats().iter().find(|(_, suffixes)| suffixes.contains(&suffix.as_str())).map(|(name, _)| *name);
+    match (expected, found) {
+        (None | Some("LAS"), Some("LAS")) => Ok(Box::new(las::Las::open(input)?)),
+        (None | Some("E57"), Some("E57")) => Ok(Box::new(e57::E57::open(input)?)),
+        (Some(expected), _) => Err(input.bad(format!("expected {expected}, found {}", describe(&head)))),
+        (None, _) => {
+            let known: Vec<_> = formats().iter().flat_map(|(_, suffixes)| suffixes.iter().copied()).collect();
+            Err(Error::unsupported(path, format!("unknown format; known suffixes are {}", known.join(", "))))
+        }
+    }
+}
+
+/// The format that the first bytes name.
+fn sniff(head: &[u8]) -> Option<&'static str> {
+    match head {
+        _ if head.starts_with(b"LASF") => Some("LAS"),
+        _ if head.starts_with(b"ASTM-E57") => Some("E57"),
+        _ => None,
+    }
+}
+
+/// What a file seems to be, for messages.
+fn describe(head: &[u8]) -> &'static str {
+    match sniff(head) {
+        Some(format) => format,
+        None if head.iter().all(|b| matches!(b, 9 | 10 | 13 | 32..=126)) => "text",
+        None => "something else",
+    }
+}
+
+/// Gathers points into batches for a sink, leaving out those that are nowhere.
+struct Collector<'a> {
+    batch: Batch,
+    skipped: Skipped,
+    sink: &'a mut dyn FnMut(&Batch) -> Result<()>,
+}
+
+impl<'a> Collector<'a> {
+    fn new(scan: u32, sink: &'a mut dyn FnMut(&Batch) -> Result<()>) -> Self {
+        let batch = Batch { points: Vec::with_capacity(BATCH), scans: Vec::new(), scan };
+        Self { batch, skipped: Skipped::default(), sink }
+    }
+
+    /// One more point of the batch's scan.
+    #[inline]
+    fn push(&mut self, point: [f64; 3]) -> Result<()> {
+        if !is_somewhere(point) {
+            self.skipped.not_finite += 1;
+            return Ok(());
+        }
+        self.batch.points.push(point);
+        if self.batch.points.len() == BATCH { self.flush() } else { Ok(()) }
+    }
+
+    /// One more point, of scan `scan`.
+    #[inline]
+    fn push_of(&mut self, point: [f64; 3], scan: u32) -> Result<()> {
+        if is_somewhere(point) {
+            self.batch.scans.push(scan);
+        }
+        self.push(point)
+    }
+
+    /// Hand on what has been gathered.
+    fn flush(&mut self) -> Result<()> {
+        if !self.batch.points.is_empty() {
+            (self.sink)(&self.batch)?;
+        }
+        self.batch.points.clear();
+        self.batch.scans.clear();
+        Ok(())
+    }
+
+    /// Hand on the rest.
+    fn finish(mut self) -> Result<Skipped> {
+        self.flush()?;
+        Ok(self.skipped)
+    }
+}
+
+/// Whether a point can be on Earth. Also false for NaN.
+#[inline]
+fn is_somewhere([x, y, z]: [f64; 3]) -> bool {
+    x.abs() <= FARTHEST && y.abs() <= FARTHEST && z.abs() <= FARTHEST
+}
+
+/// Run a decoder of another crate that may panic on damaged data, and call such a panic damaged data.
+fn guarded<T>(input: &Input, decode: impl FnOnce() -> Result<T>) -> Result<T> {
+    let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(decode));
+    outcome.unwrap_or_else(|_| Err(input.bad("the data is damaged: its decoder gave up")))
 }
