@@ -19,10 +19,9 @@ import numpy as np
 import shapely
 
 from asbuilt.errors import ParameterError
+from asbuilt.evaluate.candidates import Lines, Matches, Pieces, overlaps, winners
 from asbuilt.evaluate.drawing import TOLERANCE, Floats, Integers
 
-#: A candidate must overlap by more than this, or by more than half of the piece if that is less, m.
-MIN_OVERLAP = 0.01
 #: Overhanging pieces shorter than this are dropped, m.
 MIN_PIECE = 0.001
 #: Candidates are looked for within this distance first, m; it changes the time taken, never the result.
@@ -69,66 +68,6 @@ class Associations:
         return self.end - self.start
 
 
-@dataclass(frozen=True)
-class _Lines:
-    start: Floats  # (n, 2)
-    direction: Floats  # (n, 2), unit; zero for a segment without length
-    length: Floats  # (n,)
-
-    @classmethod
-    def of(cls, segments: Floats) -> _Lines:
-        step = segments[:, 2:] - segments[:, :2]
-        length = np.hypot(step[:, 0], step[:, 1])
-        return cls(segments[:, :2], step / np.where(length > 0, length, 1.0)[:, None], length)
-
-    def at(self, which: Integers, along: Floats) -> Floats:
-        """Points, shape (k, 2), `along` metres from the start of the segments `which`."""
-        return self.start[which] + along[:, None] * self.direction[which]
-
-
-@dataclass(frozen=True)
-class _Pieces:
-    detected: Integers
-    start: Floats
-    end: Floats
-
-    def __len__(self) -> int:
-        return len(self.detected)
-
-    def take(self, rows: Integers) -> _Pieces:
-        return _Pieces(self.detected[rows], self.start[rows], self.end[rows])
-
-    @classmethod
-    def join(cls, parts: list[_Pieces]) -> _Pieces:
-        return cls(
-            np.concatenate([part.detected for part in parts]) if parts else np.zeros(0, dtype=np.int64),
-            np.concatenate([part.start for part in parts]) if parts else np.zeros(0),
-            np.concatenate([part.end for part in parts]) if parts else np.zeros(0),
-        )
-
-
-@dataclass(frozen=True)
-class _Matches:
-    """Pairs of a piece (by its row) and a truth segment, with the part that overlaps; fields as in `Associations`."""
-
-    piece: Integers
-    truth: Integers
-    start: Floats
-    end: Floats
-    truth_start: Floats
-    truth_end: Floats
-    start_offset: Floats
-    end_offset: Floats
-    distance: Floats
-    angle: Floats
-
-    def __len__(self) -> int:
-        return len(self.piece)
-
-    def take(self, rows: Integers) -> _Matches:
-        return _Matches(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
-
-
 def associate(
     detected: Floats, truth: Floats, max_distance: float | None = 0.25, max_angle_deg: float = 36.0
 ) -> Associations:
@@ -157,11 +96,11 @@ def associate(
     if max_distance is not None and not max_distance >= 0:
         raise ParameterError(f"max_distance is {max_distance}; expected 0 m or more, or None for no limit")
     limit = math.inf if max_distance is None else float(max_distance)
-    lines, truth_lines = _Lines.of(detected), _Lines.of(truth)
+    lines, truth_lines = Lines.of(detected), Lines.of(truth)
     tree = shapely.STRtree(shapely.linestrings(truth.reshape(-1, 2, 2)))
-    queue = _Pieces(np.arange(len(detected)), np.zeros(len(detected)), lines.length)
-    found: list[tuple[Integers, _Matches]] = []
-    left: list[_Pieces] = []
+    queue = Pieces(np.arange(len(detected)), np.zeros(len(detected)), lines.length)
+    found: list[tuple[Integers, Matches]] = []
+    left: list[Pieces] = []
     while len(queue):
         best = _closest(queue, lines, truth_lines, tree, limit, math.radians(max_angle_deg))
         without = np.ones(len(queue), dtype=bool)
@@ -169,11 +108,11 @@ def associate(
         left.append(queue.take(np.flatnonzero(without)))
         parents = queue.take(best.piece)
         found.append((parents.detected, best))
-        before = _Pieces(parents.detected, parents.start, best.start)
-        after = _Pieces(parents.detected, best.end, parents.end)
-        overhang = _Pieces.join([before, after])
+        before = Pieces(parents.detected, parents.start, best.start)
+        after = Pieces(parents.detected, best.end, parents.end)
+        overhang = Pieces.join([before, after])
         queue = overhang.take(np.flatnonzero(overhang.end - overhang.start >= MIN_PIECE))
-    return _sorted(found, _Pieces.join(left))
+    return _sorted(found, Pieces.join(left))
 
 
 def _segments(array: Floats, name: str) -> Floats:
@@ -188,33 +127,33 @@ def _segments(array: Floats, name: str) -> Floats:
 
 
 def _closest(
-    pieces: _Pieces, lines: _Lines, truth: _Lines, tree: shapely.STRtree, limit: float, max_angle: float
-) -> _Matches:
+    pieces: Pieces, lines: Lines, truth: Lines, tree: shapely.STRtree, limit: float, max_angle: float
+) -> Matches:
     """The winning candidate of each piece that has one within `limit`.
 
     A candidate's mean distance is never below the distance between the two segments. So a winner no farther than the
     radius searched is the winner among all, and the radius grows only for pieces that have none yet.
     """
     pending = np.arange(len(pieces))
-    won: list[_Matches] = []
+    won: list[Matches] = []
     radius = min(FIRST_RADIUS, limit)
     while len(pending):
         still: list[Integers] = []
         for rows in _chunks(pending, len(truth.length)):
             some = pieces.take(rows)
             piece, against = _neighbours(some, lines, truth, tree, radius, max_angle)
-            best = _winners(_overlaps(some, piece, against, lines, truth, max_angle), len(some))
+            best = winners(overlaps(some, piece, against, lines, truth, max_angle), len(some))
             sure = best.take(np.flatnonzero(best.distance <= radius + TOLERANCE))
             open_rows = np.ones(len(some), dtype=bool)
             open_rows[sure.piece] = False
             still.append(rows[open_rows])
-            won.append(_renumbered(sure, rows))
+            won.append(sure.renumbered(rows))
         if radius >= limit:
             break
         pending = np.concatenate(still)
         # beyond the third ring the tree returns most of the truth anyway
         radius = min(4 * radius, limit) if radius < 16 * FIRST_RADIUS else limit
-    return _joined(won)
+    return Matches.join(won)
 
 
 def _chunks(rows: Integers, truth_count: int) -> Iterator[Integers]:
@@ -224,7 +163,7 @@ def _chunks(rows: Integers, truth_count: int) -> Iterator[Integers]:
 
 
 def _neighbours(
-    pieces: _Pieces, lines: _Lines, truth: _Lines, tree: shapely.STRtree, radius: float, max_angle: float
+    pieces: Pieces, lines: Lines, truth: Lines, tree: shapely.STRtree, radius: float, max_angle: float
 ) -> tuple[Integers, Integers]:
     """Pairs (piece, truth) that may be candidates, ordered by piece, then truth."""
     if not len(truth.length):
@@ -239,76 +178,9 @@ def _neighbours(
     return pairs[0][order].astype(np.int64), pairs[1][order].astype(np.int64)
 
 
-def _overlaps(
-    pieces: _Pieces, piece: Integers, against: Integers, lines: _Lines, truth: _Lines, max_angle: float
-) -> _Matches:
-    """The pairs that are candidates, each with the part that overlaps and its distance."""
-    d, e = lines.direction[pieces.detected[piece]], truth.direction[against]
-    along, across = (d * e).sum(axis=1), e[:, 0] * d[:, 1] - e[:, 1] * d[:, 0]
-    angle = np.arctan2(np.abs(across), np.abs(along))
-    real = (truth.length[against] > 0) & (lines.length[pieces.detected[piece]] > 0)
-    keep = np.flatnonzero((angle <= max_angle + TOLERANCE) & real)
-    piece, against, along, across, angle = piece[keep], against[keep], along[keep], across[keep], angle[keep]
-    e = e[keep]
-    # where the whole detected line crosses the truth's: u along it, v to its left, both linear in t along the detection
-    offset = lines.start[pieces.detected[piece]] - truth.start[against]
-    u0, v0 = (offset * e).sum(axis=1), e[:, 0] * offset[:, 1] - e[:, 1] * offset[:, 0]
-    start, end = pieces.start[piece], pieces.end[piece]
-    ua, ub = u0 + start * along, u0 + end * along
-    low = np.maximum(np.minimum(ua, ub), 0.0)
-    high = np.minimum(np.maximum(ua, ub), truth.length[against])
-    keep = np.flatnonzero(high - low > np.minimum(MIN_OVERLAP, (end - start) / 2) + TOLERANCE)
-    piece, against, along, across, angle = piece[keep], against[keep], along[keep], across[keep], angle[keep]
-    u0, v0, start, end, low, high = u0[keep], v0[keep], start[keep], end[keep], low[keep], high[keep]
-    t_low, t_high = (low - u0) / along, (high - u0) / along
-    first = np.clip(np.minimum(t_low, t_high), start, end)
-    last = np.clip(np.maximum(t_low, t_high), start, end)
-    v1, v2 = v0 + first * across, v0 + last * across
-    return _Matches(piece, against, first, last, low, high, v1, v2, mean_absolute(v1, v2), angle)
-
-
-def mean_absolute(first: Floats, last: Floats) -> Floats:
-    """Mean of the absolute value of what runs linearly from `first` to `last`, exact where it changes sign.
-
-    Parameters
-    ----------
-    first, last : shape (n,), any unit.
-
-    Returns
-    -------
-    shape (n,), in the same unit; empty for empty inputs.
-    """
-    size = np.abs(first) + np.abs(last)
-    crossing = (first**2 + last**2) / (2 * np.where(size > 0, size, 1.0))
-    return np.where(first * last < 0, crossing, size / 2)
-
-
-def _winners(matches: _Matches, pieces: int) -> _Matches:
-    """The closest match of each piece; ties go to the truth segment that comes first."""
-    closest = np.full(pieces, np.inf)
-    np.minimum.at(closest, matches.piece, matches.distance)
-    near = np.flatnonzero(matches.distance <= closest[matches.piece] + TOLERANCE)
-    # pairs come ordered by piece and truth, so the first of each piece is the first in the truth
-    _, first = np.unique(matches.piece[near], return_index=True)
-    return matches.take(near[first])
-
-
-def _renumbered(matches: _Matches, rows: Integers) -> _Matches:
-    values = {name: getattr(matches, name) for name in matches.__dataclass_fields__}
-    return _Matches(**{**values, "piece": rows[matches.piece]})
-
-
-def _joined(parts: list[_Matches]) -> _Matches:
-    names = _Matches.__dataclass_fields__
-    if not parts:
-        empty = {name: np.zeros(0, dtype=np.int64 if name in ("piece", "truth") else float) for name in names}
-        return _Matches(**empty)
-    return _Matches(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-
-def _sorted(found: list[tuple[Integers, _Matches]], left: _Pieces) -> Associations:
+def _sorted(found: list[tuple[Integers, Matches]], left: Pieces) -> Associations:
     detected = np.concatenate([owner for owner, _ in found]) if found else np.zeros(0, dtype=np.int64)
-    matches = _joined([match for _, match in found])
+    matches = Matches.join([match for _, match in found])
     order = np.lexsort((matches.start, detected))
     matches, detected = matches.take(order), detected[order]
     left = left.take(np.lexsort((left.start, left.detected)))

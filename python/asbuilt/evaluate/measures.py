@@ -211,20 +211,20 @@ def covered_lengths(associations: Associations, counted: Flags, truth_count: int
     # each truth's steps sum to zero, so the depth starts anew at the next one
     depth, gap = np.cumsum(step[order])[:-1], np.diff(place[order])
     where = owners[order][:-1]
-    once = np.bincount(where, np.where(depth >= 1, gap, 0.0), minlength=truth_count)
-    twice = np.bincount(where, np.where(depth >= 2, gap, 0.0), minlength=truth_count)
+    once, twice = (
+        np.bincount(where, np.where(depth >= least, gap, 0.0), minlength=truth_count).astype(float) for least in (1, 2)
+    )
     return once, twice
 
 
 def length_within(length: Floats, start_offset: Floats, end_offset: Floats, limit: float) -> Floats:
     """Length of each part, shape (n,) in m, on which the linearly running offset is at most `limit` either way."""
     slope = end_offset - start_offset
-    reach = limit + TOLERANCE
     level = np.abs(slope) < TOLERANCE
     safe = np.where(level, 1.0, slope)
-    one, other = (-reach - start_offset) / safe, (reach - start_offset) / safe
+    one, other = (-limit - start_offset) / safe, (limit - start_offset) / safe
     share = np.clip(np.maximum(one, other), 0, 1) - np.clip(np.minimum(one, other), 0, 1)
-    share = np.where(level, (np.maximum(np.abs(start_offset), np.abs(end_offset)) <= reach) * 1.0, share)
+    share = np.where(level, (np.abs(start_offset) <= limit + TOLERANCE) * 1.0, share)
     return np.asarray(length * share, dtype=float)
 
 
