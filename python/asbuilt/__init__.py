@@ -1,0 +1,52 @@
+"""As-built floor plans from registered laser scans.
+
+The method is that of Okorn, Xiong, Akinci and Huber, "Toward Automated Modeling of Floor Plans" (2010), and what was
+added to it. `extract_floor_plan` goes all the way; each stage is a function of its own, in the order of the paper's
+section 3.
+"""
+
+from asbuilt.cross_sections import select_cross_sections
+from asbuilt.errors import AsBuiltError, InputError, MissingExtraError, OutputError, ParameterError
+from asbuilt.evidence import Evidence, evidence_from_points, gather_evidence
+from asbuilt.ground import ground_plane_histogram, threshold_cells
+from asbuilt.lines import detect_lines
+from asbuilt.orientation import dominant_orientations, orientation_distribution, snap_to
+from asbuilt.params import Parameters
+from asbuilt.pipeline import extract_floor_plan
+from asbuilt.plan import FloorPlan, Storey, WallFace, load_plan
+from asbuilt.read import PointCloud, read
+from asbuilt.refine import fit_to_cells, merge_collinear
+from asbuilt.storeys import find_floor_and_ceiling, find_storeys, height_histogram
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "AsBuiltError",
+    "Evidence",
+    "FloorPlan",
+    "InputError",
+    "MissingExtraError",
+    "OutputError",
+    "ParameterError",
+    "Parameters",
+    "PointCloud",
+    "Storey",
+    "WallFace",
+    "detect_lines",
+    "dominant_orientations",
+    "evidence_from_points",
+    "extract_floor_plan",
+    "find_floor_and_ceiling",
+    "find_storeys",
+    "fit_to_cells",
+    "gather_evidence",
+    "ground_plane_histogram",
+    "height_histogram",
+    "load_plan",
+    "merge_collinear",
+    "orientation_distribution",
+    "read",
+    "select_cross_sections",
+    "snap_to",
+    "threshold_cells",
+]

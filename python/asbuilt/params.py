@@ -1,0 +1,211 @@
+"""Every parameter, with its unit, meaning and default: here and nowhere else.
+
+One frozen dataclass a stage, gathered in `Parameters`. `Parameters.preset("paper")` is exactly the paper's best
+setting (section 5.1: k = 2.5, fill gap 0.7 m, minimum length 0.2 m, snapping within 5 degrees; 5.2: incremental;
+5.3: the nine slices of 10 cm that hold least). `Parameters.preset("default")` is what serves buildings best; each
+dataclass says where it departs from the paper.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from asbuilt.errors import ParameterError
+
+Preset = Literal["default", "paper"]
+
+
+def _check(condition: bool, name: str, value: object, expected: str) -> None:
+    if not condition:
+        raise ParameterError(f"{name} = {value}: expected {expected}")
+
+
+@dataclass(frozen=True)
+class EvidenceParameters:
+    """Section 3.1, with moments added.
+
+    Attributes
+    ----------
+    voxel : side of an evidence voxel, m; a multiple of 0.1 mm. Smaller keeps surfaces apart that lie closer together,
+        for memory that grows with its inverse square.
+    """
+
+    voxel: float = 0.05
+
+
+@dataclass(frozen=True)
+class StoreyParameters:
+    """Section 3.1: floors and ceilings from horizontal surfaces.
+
+    Attributes
+    ----------
+    voxel : side of the voxels that the histograms count, m; a multiple of the evidence voxel. 0.1 in the paper.
+    headroom : least free height above a floor, m; not in the paper. Larger ignores attics and crawl spaces.
+    min_area_share : a floor with less than this share of the largest storey's area is none; not in the paper.
+    slab : the histogram leaves out voxels within this distance of floor and ceiling, m; 0 keeps all.
+    """
+
+    voxel: float = 0.1
+    headroom: float = 1.7
+    min_area_share: float = 0.04
+    slab: float = 0.1
+
+    def __post_init__(self) -> None:
+        _check(self.voxel > 0, "storeys.voxel", self.voxel, "a length above 0 m")
+        _check(self.headroom > 0.5, "storeys.headroom", self.headroom, "more than 0.5 m")
+
+
+@dataclass(frozen=True)
+class CrossSectionParameters:
+    """Section 5.3: which heights go into the ground-plane histogram.
+
+    Attributes
+    ----------
+    select : "all" heights, one "band", or the "lowest" density slices of the height histogram.
+    slice : height of a slice, m; a multiple of the evidence voxel.
+    count : number of slices for "lowest" (the paper's N, best at 9).
+    band : lower and upper height above the floor for "band", m.
+    """
+
+    select: Literal["all", "band", "lowest"] = "lowest"
+    slice: float = 0.1
+    count: int = 9
+    band: tuple[float, float] = (1.0, 2.5)
+
+    def __post_init__(self) -> None:
+        _check(self.select in ("all", "band", "lowest"), "cross_sections.select", self.select, "all, band or lowest")
+        _check(self.count > 0, "cross_sections.count", self.count, "at least 1")
+        _check(self.band[0] < self.band[1], "cross_sections.band", self.band, "the lower height first")
+
+
+@dataclass(frozen=True)
+class LineParameters:
+    """Section 3.3: the Hough transform over the ground-plane histogram.
+
+    Attributes
+    ----------
+    sigmas : a cell takes part when its count exceeds the mean by this many standard deviations (k). 2 in section 3.3,
+        2.5 in 5.1. Larger drops more clutter and more faint walls.
+    statistics_over : cells of the mean and deviation: "all" of the storey's rectangle, or the "occupied" ones. The
+        paper does not say which.
+    method : "incremental" or "batch" (5.2).
+    theta_step : step of the line's orientation, rad.
+    rho_step : step of the line's distance from the origin, in voxels.
+    fill_gap : gaps along a line up to this length are bridged, m.
+    min_length : shorter segments are dropped, m.
+    min_votes : stop when the strongest line has fewer votes (the paper's stop by strength).
+    max_lines : stop after this many lines (the paper's stop by number).
+    """
+
+    sigmas: float = 2.5
+    statistics_over: Literal["all", "occupied"] = "all"
+    method: Literal["incremental", "batch"] = "incremental"
+    theta_step: float = 0.017453292519943295
+    rho_step: float = 1.0
+    fill_gap: float = 0.7
+    min_length: float = 0.2
+    min_votes: int = 4
+    max_lines: int = 100_000
+
+    def __post_init__(self) -> None:
+        _check(self.method in ("incremental", "batch"), "lines.method", self.method, "incremental or batch")
+        _check(0 < self.theta_step <= 1.6, "lines.theta_step", self.theta_step, "an angle in (0, 1.6] rad")
+        _check(self.rho_step > 0, "lines.rho_step", self.rho_step, "more than 0 voxels")
+        _check(self.fill_gap >= 0, "lines.fill_gap", self.fill_gap, "a length of at least 0 m")
+        _check(self.min_length >= 0, "lines.min_length", self.min_length, "a length of at least 0 m")
+        _check(self.min_votes > 0, "lines.min_votes", self.min_votes, "at least 1")
+
+
+@dataclass(frozen=True)
+class OrientationParameters:
+    """Section 3.4: dominant orientations.
+
+    Attributes
+    ----------
+    bin : width of a bin of the length-weighted distribution, rad.
+    snap : segments within this angle of a dominant orientation turn to it, rad; 0 snaps none.
+    """
+
+    bin: float = 0.017453292519943295
+    snap: float = 0.08726646259971647
+
+    def __post_init__(self) -> None:
+        _check(0 < self.bin < 0.8, "orientation.bin", self.bin, "an angle in (0, 0.8) rad")
+        _check(0 <= self.snap < 0.8, "orientation.snap", self.snap, "an angle in [0, 0.8) rad")
+
+
+@dataclass(frozen=True)
+class RefineParameters:
+    """The clean-up after section 3.4.
+
+    Attributes
+    ----------
+    merge : join collinear pieces and fit each line to its cells.
+    merge_angle : pieces turned less against each other may be collinear, rad.
+    merge_distance : collinear pieces lie within this distance of one line, m.
+    merge_gap : collinear pieces with a gap up to this are one, m.
+    """
+
+    merge: bool = True
+    merge_angle: float = 0.05235987755982989
+    merge_distance: float = 0.1
+    merge_gap: float = 0.7
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All parameters of a run.
+
+    Attributes
+    ----------
+    method : "paper" finds walls by sections 3.2 to 3.4 and 5.3; "profile" by the vertical profile of each cell
+        (not in the paper; see `asbuilt.walls`).
+    """
+
+    preset_name: str = "default"
+    method: Literal["paper", "profile"] = "profile"
+    evidence: EvidenceParameters = field(default_factory=EvidenceParameters)
+    storeys: StoreyParameters = field(default_factory=StoreyParameters)
+    cross_sections: CrossSectionParameters = field(default_factory=CrossSectionParameters)
+    lines: LineParameters = field(default_factory=LineParameters)
+    orientation: OrientationParameters = field(default_factory=OrientationParameters)
+    refine: RefineParameters = field(default_factory=RefineParameters)
+
+    @classmethod
+    def preset(cls, name: str = "default") -> Parameters:
+        """The parameters of a preset, "default" or "paper".
+
+        Raises
+        ------
+        ParameterError : there is no preset of that name.
+        """
+        if name == "default":
+            return cls()
+        if name == "paper":
+            return cls(preset_name="paper", method="paper")
+        raise ParameterError(f"preset {name!r}: expected default or paper")
+
+    def replace(self, **stages: Any) -> Parameters:
+        """A copy with changes: ``replace(lines={"sigmas": 2.0})``, or a whole dataclass for a stage.
+
+        Raises
+        ------
+        ParameterError : a stage or parameter does not exist, or a value is out of its range.
+        """
+        changes: dict[str, Any] = {}
+        for stage, change in stages.items():
+            if stage not in {f.name for f in dataclasses.fields(self)}:
+                raise ParameterError(f"parameters have no stage {stage!r}")
+            try:
+                changes[stage] = (
+                    dataclasses.replace(getattr(self, stage), **change) if isinstance(change, dict) else change
+                )
+            except TypeError as error:
+                raise ParameterError(f"{stage}: {error}") from error
+        return dataclasses.replace(self, **changes)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain dicts, as written into every output."""
+        return dataclasses.asdict(self)

@@ -1,0 +1,99 @@
+"""From points to a plan: the paper's section 3, in its order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from asbuilt.cross_sections import select_cross_sections
+from asbuilt.errors import ParameterError
+from asbuilt.evidence import Evidence, gather_evidence
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.ground import ground_plane_histogram
+from asbuilt.lines import detect_lines
+from asbuilt.orientation import dominant_orientations, snap_to
+from asbuilt.params import Parameters
+from asbuilt.plan import FloorPlan, Storey, WallFace
+from asbuilt.read import PathLike, PointCloud, read
+from asbuilt.refine import fit_to_cells, merge_collinear
+from asbuilt.storeys import Level, drop_strays, find_storeys
+
+Source = Evidence | PointCloud | PathLike | Sequence[PathLike]
+
+
+def extract_floor_plan(
+    source: Source,
+    parameters: Parameters | None = None,
+    *,
+    storey: int | None = None,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+    crs: str | None = None,
+) -> FloorPlan:
+    """The floor plan of a building.
+
+    Parameters
+    ----------
+    source : evidence, or an opened cloud, or paths of files, folders or patterns (in metres, z up).
+    storey : index of the one storey to plan (0 = lowest); None plans all.
+    threads, progress : see `gather_evidence`.
+    crs : coordinate reference system, where the cloud's own headers carry none or a wrong one.
+
+    Returns
+    -------
+    FloorPlan : empty storeys, or none, where nothing was found; `notes` names the stage that came up empty.
+
+    Raises
+    ------
+    InputError : a file is bad or holds no point.
+    ParameterError : there is no storey of that index.
+    """
+    parameters = parameters or Parameters()
+    if not isinstance(source, Evidence):
+        cloud = source if isinstance(source, PointCloud) else read(source)  # type: ignore[arg-type]
+        source = gather_evidence(cloud, parameters.evidence, threads=threads, progress=progress)
+    levels = find_storeys(source, parameters.storeys)
+    notes = list(source.skipped)
+    if not levels:
+        notes.append("storeys: no floor found; nothing in the cloud has free height above it and walls around it")
+    elif storey is not None:
+        if not 0 <= storey < len(levels):
+            raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
+        levels = [levels[storey]]
+    plan_storey = _plan_by_the_paper
+    storeys = [plan_storey(source, level, parameters, notes) for level in levels]
+    return FloorPlan(tuple(storeys), parameters.as_dict(), source.inputs, crs or source.crs, tuple(notes))
+
+
+def _plan_by_the_paper(evidence: Evidence, level: Level, parameters: Parameters, notes: list[str]) -> Storey:
+    voxel = parameters.storeys.voxel
+    occupied = drop_strays(evidence.occupied(voxel))  # 3.1
+    selected = select_cross_sections(occupied, voxel, level, parameters.storeys.slab, parameters.cross_sections)  # 5.3
+    histogram = ground_plane_histogram(occupied[selected], voxel)  # 3.2
+    segments = detect_lines(histogram, parameters.lines)  # 3.3
+    if len(segments) == 0:
+        notes.append(f"lines: no line found on storey {level.index}; its ground-plane histogram has no dense cells")
+    dominant = dominant_orientations(segments, parameters.orientation) or ()  # 3.4
+    segments = snap_to(segments, dominant, parameters.orientation.snap)
+    if parameters.refine.merge:
+        segments = fit_to_cells(merge_collinear(segments, parameters.refine), histogram, parameters.lines)
+    return Storey(level.index, level.floor, level.ceiling, None, _faces(segments, occupied[selected], voxel, level))
+
+
+def _faces(segments: FloatArray, occupied: IntArray, voxel: float, level: Level) -> tuple[WallFace, ...]:
+    """Segments (n, 4), m, as wall faces, with the voxels within one voxel of each counted and measured."""
+    centres = (occupied[:, :2] + 0.5) * voxel
+    faces = []
+    for number, (x1, y1, x2, y2) in enumerate(segments.tolist()):
+        length = max(float(np.hypot(x2 - x1, y2 - y1)), 1e-12)
+        relative = centres - (x1, y1)
+        position = (relative @ (x2 - x1, y2 - y1)) / length
+        offset = (relative @ (y1 - y2, x2 - x1)) / length
+        near = (np.abs(offset) <= voxel) & (position >= 0) & (position <= length)
+        steps = max(int(np.ceil(length / voxel)), 1)
+        seen = len(np.unique((position[near] / voxel).astype(np.int64))) / steps
+        rms = float(np.sqrt(np.mean(offset[near] ** 2))) if near.any() else 0.0
+        face_id = f"S{level.index}-F{number + 1}"
+        faces.append(WallFace((x1, y1), (x2, y2), min(seen, 1.0), rms, int(near.sum()), None, face_id))
+    return tuple(faces)

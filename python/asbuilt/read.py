@@ -1,0 +1,161 @@
+"""Which files to read, and what they say of themselves; their points flow on in batches, never all at once."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from asbuilt import _core
+from asbuilt.errors import InputError, ParameterError
+from asbuilt.grid import FloatArray
+
+PathLike = str | os.PathLike[str]
+
+UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "us-ft": 1200 / 3937, "in": 0.0254}
+"""Metres in one unit."""
+
+UP_AXES = {"z": (1, 2, 3), "y": (1, -3, 2), "x": (2, 3, 1), "-z": (1, -2, -3), "-y": (1, 3, -2), "-x": (-2, 3, -1)}
+"""For each upward axis of a file: the signed axes (1 to 3) that become x, y, z. All are rotations, none a mirror."""
+
+_HASHED_WHOLE = 64 * 2**20
+_BLOCK = 2**16
+
+
+@dataclass(frozen=True)
+class InputFile:
+    """A file and its header.
+
+    Attributes
+    ----------
+    path : as given or found.
+    size : bytes.
+    header : `format`, `points` or None, `bounds` ((3,), (3,)) or None, `crs` or None, `notes`, and `scans`, a list
+        of (number, key, position or None, points or None); in the file's own frame and unit.
+    error : why it cannot be read, else None; then the header is empty.
+    """
+
+    path: Path
+    size: int
+    header: dict[str, Any]
+    error: InputError | None = None
+
+    def checksum(self) -> str:
+        """``sha256:...`` of the content; of large files (over 64 MiB) of 256 blocks spread over it, and of its size."""
+        digest = hashlib.sha256()
+        with open(self.path, "rb") as stream:
+            if self.size <= _HASHED_WHOLE:
+                return f"sha256:{hashlib.file_digest(stream, 'sha256').hexdigest()}"
+            digest.update(str(self.size).encode())
+            for start in np.linspace(0, self.size - _BLOCK, 256).astype(np.int64):
+                stream.seek(int(start))
+                digest.update(stream.read(_BLOCK))
+        return f"sha256-sampled:{digest.hexdigest()}"
+
+
+@dataclass(frozen=True)
+class PointCloud:
+    """Files that belong together, opened but not read.
+
+    Attributes
+    ----------
+    files : in the order of their paths.
+    unit : metres in one unit of the files.
+    axes : signed axes of the files that become x, y, z; see `UP_AXES`.
+    """
+
+    files: tuple[InputFile, ...]
+    unit: float = 1.0
+    axes: tuple[int, int, int] = (1, 2, 3)
+
+    def __iter__(self) -> Iterator[FloatArray]:
+        """The points, m, z up, in batches of shape (n, 3)."""
+        columns = [abs(axis) - 1 for axis in self.axes]
+        factors = self.unit * np.sign(self.axes)
+        for file in self.files:
+            for points, _ in _core.PointReader(file.path):
+                yield points[:, columns] * factors
+
+    @property
+    def points(self) -> int:
+        """Points that the headers promise."""
+        return sum(file.header.get("points") or 0 for file in self.files)
+
+    @property
+    def crs(self) -> str | None:
+        """The coordinate reference system that the headers carry, if they agree on one."""
+        found = {file.header["crs"] for file in self.files if file.header.get("crs")}
+        return found.pop() if len(found) == 1 else None
+
+
+def read(*inputs: PathLike | Sequence[PathLike], unit: str | float = "m", up: str = "z", skip_bad: bool = False) -> PointCloud:
+    """Open files, folders (with all they hold) and glob patterns as one cloud; points are not read yet.
+
+    Parameters
+    ----------
+    unit : of the coordinates: m, dm, cm, mm, ft, us-ft, in, or metres in one unit.
+    up : axis that points up: z, y, x, -z, -y, -x.
+    skip_bad : keep files that cannot be opened, with their `error`, instead of raising it.
+
+    Raises
+    ------
+    InputError : an input does not exist, matches nothing, or (unless `skip_bad`) is no cloud that we can read.
+    ParameterError : an unknown unit or axis.
+    """
+    try:
+        metres = UNITS[unit] if isinstance(unit, str) else float(unit)
+        axes = UP_AXES[up]
+    except KeyError as error:
+        raise ParameterError(
+            f"unit {unit!r} or up {up!r}: expected a unit of {', '.join(UNITS)} and an axis of {', '.join(UP_AXES)}"
+        ) from error
+    paths: list[PathLike] = []
+    for given in inputs:
+        paths.extend(given if isinstance(given, Sequence) and not isinstance(given, str) else [given])  # type: ignore[list-item]
+    files = tuple(_open(path, skip_bad) for path in find_files(paths))
+    return PointCloud(files, metres, axes)
+
+
+def find_files(inputs: Sequence[PathLike]) -> list[Path]:
+    """The files that inputs (files, folders, globs) name, each once, sorted.
+
+    Raises
+    ------
+    InputError : an input does not exist, or matches or holds no cloud.
+    """
+    found: set[Path] = set()
+    suffixes = {f".{suffix}" for _, known in _core.formats() for suffix in known}
+    for given in inputs:
+        path = Path(given)
+        if path.is_dir():
+            within = [p for p in path.rglob("*") if p.suffix.lower() in suffixes and p.is_file()]
+            if not within:
+                raise InputError(f"{path}: the folder holds no cloud; expected files of {', '.join(sorted(suffixes))}")
+        elif path.exists():
+            within = [path]
+        else:
+            within = [Path(match) for match in glob.glob(str(given), recursive=True) if not os.path.isdir(match)]
+            if not within:
+                raise InputError(f"{given}: no such file or folder, and as a pattern it matches nothing")
+        found.update(within)
+    if not found:
+        raise InputError("no input given; expected files, folders or patterns")
+    return sorted(found)
+
+
+def _open(path: Path, skip_bad: bool) -> InputFile:
+    try:
+        return InputFile(path, path.stat().st_size, _core.read_header(path))
+    except OSError as error:
+        bad = InputError(f"{path}: {error.strerror}")
+    except InputError as error:
+        bad = error
+    if not skip_bad:
+        raise bad
+    return InputFile(path, 0, {"format": "unreadable", "points": None, "bounds": None, "scans": [], "crs": None}, bad)

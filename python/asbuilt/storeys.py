@@ -1,0 +1,195 @@
+"""Storeys from the heights of horizontal surfaces (section 3.1 of the paper).
+
+The paper marks the bottom-most and the top-most local maximum of the height histogram as floor and ceiling of one
+floor of a building (`find_floor_and_ceiling`). A cloud of several storeys, with stair halls, dropped ceilings, tables
+and strays, needs more (`find_storeys`, not in the paper): under each free height of a voxel column that a person could
+stand in lies something to stand on. The heights of those surfaces, weighed by their area, peak at the floors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt.evidence import Evidence, rows_in
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.params import StoreyParameters
+
+_MIN_STOREY_HEIGHT = 2.0
+"""Floors closer together than this are one storey with steps in it, m."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """A storey's place in the height: index from the lowest, floor and ceiling, m."""
+
+    index: int
+    floor: float
+    ceiling: float
+
+
+@dataclass(frozen=True)
+class HeightHistogram:
+    """Occupied voxels by height.
+
+    Attributes
+    ----------
+    low : height of the lower end of the first bin, m.
+    step : height of a bin, m.
+    counts : (n,) occupied voxels in each bin.
+    """
+
+    low: float
+    step: float
+    counts: IntArray
+
+    @property
+    def heights(self) -> FloatArray:
+        """Middle of each bin (n,), m."""
+        return self.low + (np.arange(len(self.counts)) + 0.5) * self.step
+
+
+def height_histogram(occupied: IntArray, voxel: float) -> HeightHistogram:
+    """Count occupied voxels (n, 3) of side `voxel` (m) by height; each counts once (section 3.1, figure 2).
+
+    Without voxels the histogram has no bin.
+    """
+    if len(occupied) == 0:
+        return HeightHistogram(0.0, voxel, np.zeros(0, np.int64))
+    low, high = _extent(occupied[:, 2])
+    inside = occupied[(occupied[:, 2] >= low) & (occupied[:, 2] <= high), 2]
+    return HeightHistogram(float(low * voxel), voxel, np.bincount(inside - low, minlength=int(high - low + 1)))
+
+
+def find_floor_and_ceiling(histogram: HeightHistogram) -> tuple[float, float] | None:
+    """Heights (m) of the bottom-most and the top-most local maximum (section 3.1); None without two of them.
+
+    The paper does not say how high a maximum must be; here, a fifth of the highest, so that clutter makes none.
+    """
+    counts = histogram.counts
+    if len(counts) < 3:
+        return None
+    padded = np.pad(counts, 1)
+    peaks = np.flatnonzero((counts >= padded[:-2]) & (counts > padded[2:]) & (counts >= counts.max() / 5))
+    if len(peaks) < 2:
+        return None
+    return float(histogram.heights[peaks[0]]), float(histogram.heights[peaks[-1]])
+
+
+def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None) -> list[Level]:
+    """The storeys of a cloud, lowest first; none where nothing can be stood on (not in the paper).
+
+    Floors are the peaks of the area that lies under free height, at least 2 m apart, with walls above them. A
+    storey's ceiling is the highest surface over its floor that covers a fair share of it; where nothing was scanned
+    there, the height to which most of what stands on the floor reaches.
+    """
+    parameters = parameters or StoreyParameters()
+    voxel = parameters.voxel
+    occupied = drop_strays(evidence.occupied(voxel))
+    if len(occupied) < 2:
+        return []
+    headroom = int(np.ceil(parameters.headroom / voxel))
+    column = np.any(occupied[1:, :2] != occupied[:-1, :2], axis=1)
+    gap = np.append(np.where(column, np.iinfo(np.int32).max, occupied[1:, 2] - occupied[:-1, 2]), np.iinfo(np.int32).max)
+    stood_on = gap > headroom
+    covered = stood_on & (gap < np.iinfo(np.int32).max)
+    base = int(occupied[:, 2].min())
+    area = np.bincount(occupied[stood_on, 2] - base)
+    # A floor under a ceiling counts twice: a roof or the ground outside has none above it.
+    area = area + np.bincount(occupied[covered, 2] - base, minlength=len(area))
+    walls = _wall_cells(occupied, base, len(area), voxel)
+
+    floors: list[int] = []
+    spread = area + 0.5 * np.pad(area, 1)[:-2] + 0.5 * np.pad(area, 1)[2:]
+    apart = int(_MIN_STOREY_HEIGHT / voxel)
+    for peak in np.argsort(-spread, kind="stable"):
+        if spread[peak] < parameters.min_area_share * spread.max() or spread[peak] == 0:
+            break
+        # Walls around an area take cells that grow with its perimeter.
+        enclosed = walls[peak] >= 2 * np.sqrt(spread[peak] / 2)
+        if enclosed and all(abs(peak - floor) >= apart for floor in floors):
+            floors.append(int(peak))
+    floors.sort()
+
+    levels = []
+    for number, floor in enumerate(floors):
+        z = _surface_height(evidence, occupied[stood_on], base + floor, voxel)
+        above = (base + floors[number + 1]) * voxel if number + 1 < len(floors) else None
+        levels.append(Level(number, z, _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom)))
+    return levels
+
+
+def _wall_cells(occupied: IntArray, base: int, bins: int, voxel: float) -> IntArray:
+    """For each height bin: the ground cells with most of the 1.5 m above it occupied, up to a tenth of a metre."""
+    reach = round(1.5 / voxel)
+    start = np.any(np.diff(occupied, axis=0) != (0, 0, 1), axis=1)
+    run = np.concatenate([[0], np.cumsum(start)])
+    first = np.concatenate([[0], np.flatnonzero(start) + 1])
+    length = np.bincount(run)
+    tall = np.flatnonzero(length >= reach)
+    steps = np.zeros(bins + 1, np.int64)
+    low = occupied[first[tall], 2] - base
+    np.add.at(steps, np.maximum(low - 3, 0), 1)
+    np.add.at(steps, np.minimum(low + length[tall] - reach + 1, bins), -1)
+    return np.cumsum(steps)[:bins]
+
+
+def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: float) -> float:
+    """The height (m) that most of what can be stood on shares, in the bin of the floor and next to it."""
+    near = stood_on[np.abs(stood_on[:, 2] - floor) <= 1]
+    coarse = evidence.index // round(voxel / evidence.voxel)
+    within = np.abs(coarse[:, 2] - floor) <= 1
+    held = rows_in(coarse[within], near)
+    z = (evidence.index[within, 2] * evidence.voxel + evidence.mean[within, 2])[held]
+    low = (floor - 1) * voxel
+    counts, edges = np.histogram(z, bins=np.arange(low, low + 3 * voxel + 0.005, 0.005))
+    middle = edges[int(np.argmax(np.convolve(counts, [1, 1, 1], mode="same")))] + 0.0025
+    return float(np.median(z[np.abs(z - middle) <= 0.02]))
+
+
+def _ceiling_height(
+    occupied: IntArray,
+    gap: IntArray,
+    stood_on: NDArray[np.bool_],
+    floor: float,
+    above: float | None,
+    voxel: float,
+    headroom: int,
+) -> float:
+    """The highest fair peak of the surfaces over free height that rises from near the floor."""
+    z = occupied[:, 2]
+    floor_bin = int(np.floor(floor / voxel))
+    limit = int(np.floor(above / voxel)) if above is not None else int(z.max()) + 1
+    over = np.flatnonzero((gap < np.iinfo(np.int32).max) & stood_on & (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2))
+    tops = z[over] + gap[over]
+    tops = tops[tops < limit]
+    if len(tops) > 0:
+        counts = np.bincount(tops - floor_bin)
+        spread = counts + np.pad(counts, 1)[:-2] + np.pad(counts, 1)[2:]
+        peaks = np.flatnonzero(spread >= 0.05 * max(len(over), 1))
+        if len(peaks) > 0:
+            top = peaks[-1]
+            best = max(range(max(top - 2, 0), top + 1), key=lambda i: int(counts[i]))
+            return float((floor_bin + best + 0.5) * voxel)
+    within = z[(z > floor_bin) & (z < limit)]
+    return float((np.percentile(within, 99) + 1) * voxel) if len(within) else floor
+
+
+def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
+    """Leave out voxels that stand alone: in cubes of `size` voxels that, with the 26 around, hold fewer than `least`."""
+    if len(occupied) == 0:
+        return occupied
+    cubes, inverse, counts = np.unique(occupied // size, axis=0, return_inverse=True, return_counts=True)
+    from scipy.spatial import cKDTree
+
+    pairs = cKDTree(cubes).query_pairs(1.8, output_type="ndarray")
+    around = counts.copy()
+    np.add.at(around, pairs[:, 0], counts[pairs[:, 1]])
+    np.add.at(around, pairs[:, 1], counts[pairs[:, 0]])
+    return occupied[(around >= least)[inverse.ravel()]]
+
+
+def _extent(z: IntArray) -> tuple[int, int]:
+    return int(z.min()), int(z.max())
