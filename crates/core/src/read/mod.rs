@@ -5,6 +5,12 @@ mod e57;
 mod input;
 mod las;
 mod laz;
+mod lines;
+mod pcd;
+mod ply;
+mod ptx;
+mod records;
+mod text;
 
 use std::path::Path;
 
@@ -120,7 +126,15 @@ pub struct Skipped {
 
 /// Every format by name, with the suffixes of its files (lower case, no dot).
 pub fn formats() -> &'static [(&'static str, &'static [&'static str])] {
-    &[("LAS", &["las", "laz"]), ("E57", &["e57"])]
+    &[
+        ("LAS", &["las", "laz"]),
+        ("E57", &["e57"]),
+        ("PLY", &["ply"]),
+        ("PCD", &["pcd"]),
+        ("PTX", &["ptx"]),
+        ("PTS", &["pts"]),
+        ("XYZ", &["xyz", "xyzn", "xyzrgb", "txt", "csv", "tsv", "asc"]),
+    ]
 }
 
 /// Open a file by what it holds; its suffix only decides between text formats, but must not contradict the content.
@@ -130,14 +144,21 @@ pub fn formats() -> &'static [(&'static str, &'static [&'static str])] {
 /// cannot be opened; [`Error::Unsupported`] for a suffix that no reader knows, with the list of those that are known.
 pub fn open(path: &Path) -> Result<Box<dyn Source>> {
     let input = Input::open(path)?;
-    let head = input.head(16)?;
-    let found = sniff(&head);
+    let head = input.head(1024)?;
     let suffix = path.extension().map(|s| s.to_string_lossy().to_lowercase()).unwrap_or_default();
     let expected = formats().iter().find(|(_, suffixes)| suffixes.contains(&suffix.as_str())).map(|(name, _)| *name);
-    match (expected, found) {
+    match (expected, sniff(&head)) {
         (None | Some("LAS"), Some("LAS")) => Ok(Box::new(las::Las::open(input)?)),
         (None | Some("E57"), Some("E57")) => Ok(Box::new(e57::E57::open(input)?)),
-        (Some(expected), _) => Err(input.bad(format!("expected {expected}, found {}", describe(&head)))),
+        (None | Some("PLY"), Some("PLY")) => Ok(Box::new(ply::Ply::open(input)?)),
+        (None | Some("PCD"), Some("PCD")) => Ok(Box::new(pcd::Pcd::open(input)?)),
+        (Some("PTX"), None) => Ok(Box::new(ptx::Ptx::open(input)?)),
+        (Some(format @ ("PTS" | "XYZ")), None) => {
+            // The suffix is the name by which people know it.
+            let name = if format == "PTS" { "PTS".to_owned() } else { suffix.to_uppercase() };
+            Ok(Box::new(text::Text::open(input, &name)?))
+        }
+        (Some(expected), _) => Err(input.bad(format!("expected {}, found {}", signature(expected), describe(&head)))),
         (None, _) => {
             let known: Vec<_> = formats().iter().flat_map(|(_, suffixes)| suffixes.iter().copied()).collect();
             Err(Error::unsupported(path, format!("unknown format; known suffixes are {}", known.join(", "))))
@@ -147,10 +168,28 @@ pub fn open(path: &Path) -> Result<Box<dyn Source>> {
 
 /// The format that the first bytes name.
 fn sniff(head: &[u8]) -> Option<&'static str> {
+    let is_pcd = || {
+        let lines = head.split(|&byte| byte == b'\n').map(<[u8]>::trim_ascii);
+        let mut lines = lines.skip_while(|line| line.starts_with(b"#") && !line.starts_with(b"# .PCD"));
+        lines.next().is_some_and(|line| line.starts_with(b"# .PCD") || line.starts_with(b"VERSION "))
+    };
     match head {
         _ if head.starts_with(b"LASF") => Some("LAS"),
         _ if head.starts_with(b"ASTM-E57") => Some("E57"),
+        _ if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") => Some("PLY"),
+        _ if is_pcd() => Some("PCD"),
         _ => None,
+    }
+}
+
+/// A format and how to tell it, for messages.
+fn signature(format: &str) -> String {
+    match format {
+        "LAS" => "LAS (first bytes LASF)".into(),
+        "E57" => "E57 (first bytes ASTM-E57)".into(),
+        "PLY" => "PLY (first bytes ply)".into(),
+        "PCD" => "PCD (first line # .PCD)".into(),
+        other => format!("{other} text"),
     }
 }
 
@@ -158,8 +197,8 @@ fn sniff(head: &[u8]) -> Option<&'static str> {
 fn describe(head: &[u8]) -> &'static str {
     match sniff(head) {
         Some(format) => format,
-        None if head.iter().all(|b| matches!(b, 9 | 10 | 13 | 32..=126)) => "text",
-        None => "something else",
+        None if head.iter().all(|&byte| byte >= 32 || matches!(byte, b'\t' | b'\n' | b'\r')) => "text",
+        None => "unknown binary data",
     }
 }
 
