@@ -7,6 +7,7 @@ averaging ratios. A ratio without a denominator is None.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +27,16 @@ MIN_PAIR = 0.05
 def ratio(part: float, whole: float) -> float | None:
     """`part` / `whole`, or None where the whole is nothing."""
     return part / whole if whole > 0 else None
+
+
+def share(part: float, whole: float) -> float | None:
+    """`ratio` of a part that rounding alone can make larger than the whole."""
+    return min(1.0, part / whole) if whole > 0 else None
+
+
+def median(values: Sequence[float]) -> float | None:
+    """The median, or None of nothing."""
+    return float(np.median(values)) if len(values) else None
 
 
 def f_measure(precision: float | None, recall: float | None) -> float | None:
@@ -81,12 +92,12 @@ class WallTotals:
     @property
     def precision(self) -> float | None:
         """P = tp / (tp + fp), by length; None where nothing was detected."""
-        return ratio(self.associated_length, self.detected_length)
+        return share(self.associated_length, self.detected_length)
 
     @property
     def recall(self) -> float | None:
         """R = tp / (tp + fn), by length of truth; None without truth."""
-        return ratio(self.covered_length, self.truth_length)
+        return share(self.covered_length, self.truth_length)
 
     @property
     def f(self) -> float | None:
@@ -117,7 +128,7 @@ class WallTotals:
     @property
     def within_15mm(self) -> float | None:
         """Share of the associated length that lies within 15 mm, taken pointwise; None where nothing is associated."""
-        return ratio(self.close_length, self.associated_length)
+        return share(self.close_length, self.associated_length)
 
     def end_points(self) -> dict[str, dict[str, float | None]]:
         """Precision, recall and F of the end points within 5, 10 and 20 cm, by "5cm", "10cm" and "20cm"."""
@@ -177,7 +188,7 @@ def measure_walls(
     straight = counted & (curve[associations.truth] < 0)
     pairs, paired = _pairs(associations, counted, truth_length, curve, detected_curves)
     close = length_within(part, associations.start_offset, associations.end_offset, CLOSE)
-    left_out = _only_ignored(associations, counted, len(detected))
+    left_out = only_ignored(associations, counted, len(detected))
     return WallTotals(
         detected_length=detected_length if detected_length > TOLERANCE else 0.0,
         associated_length=float(part[counted].sum()),
@@ -232,7 +243,8 @@ def _lengths(segments: Floats) -> Floats:
     return np.asarray(np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1]), dtype=float)
 
 
-def _only_ignored(associations: Associations, counted: Flags, detected_count: int) -> Flags:
+def only_ignored(associations: Associations, counted: Flags, detected_count: int) -> Flags:
+    """Which detections, shape (detected_count,), associate with *ignore* alone; `counted` says which parts do not."""
     any_part = np.bincount(associations.detected, minlength=detected_count) > 0
     counted_part = np.bincount(associations.detected[counted], minlength=detected_count) > 0
     return np.asarray(any_part & ~counted_part, dtype=bool)

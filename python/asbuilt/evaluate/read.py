@@ -30,8 +30,14 @@ def as_drawing(source: Drawing | FloorPlan | dict[str, Any] | str | os.PathLike[
     return read_drawing(source)
 
 
-def read_drawing(path: str | os.PathLike[str]) -> Drawing:
-    """Read a plan or a truth from a file: GeoJSON or `truth.json`.
+def read_drawing(path: str | os.PathLike[str], layer: str = "*WALL*", cut_height: float = 1.2) -> Drawing:
+    """Read a plan or a truth from a file, whose suffix and content choose the format.
+
+    Parameters
+    ----------
+    path : .geojson or .json (our GeoJSON, a case's `truth.json`, the Scan-to-BIM challenge's form), .dxf or .ifc.
+    layer : pattern of the DXF layers whose line work is walls, without regard to case.
+    cut_height : height above its storey's floor at which an IFC's walls are cut, m.
 
     Raises
     ------

@@ -1,0 +1,77 @@
+"""Wall thickness: what a plan measured between two faces against the distance of the true faces (not in the paper)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from asbuilt.evaluate.association import Associations
+from asbuilt.evaluate.drawing import DrawingStorey, Floats
+from asbuilt.evaluate.measures import median
+
+
+@dataclass(frozen=True)
+class ThicknessTotals:
+    """Walls with a measured thickness, and the error (m) of those whose two faces have a true face each."""
+
+    measured: int = 0
+    errors: tuple[float, ...] = ()
+
+    def __add__(self, other: ThicknessTotals) -> ThicknessTotals:
+        return ThicknessTotals(self.measured + other.measured, self.errors + other.errors)
+
+    def to_json(self) -> dict[str, Any]:
+        """Median error (m; None without any) and the counts."""
+        return {"median_error": median(self.errors), "measured": self.measured, "scored": len(self.errors)}
+
+
+def measure_thickness(plan: DrawingStorey, truth: DrawingStorey, associations: Associations) -> ThicknessTotals:
+    """Compare the measured thickness of each wall with that of the true wall its faces associate with.
+
+    Parameters
+    ----------
+    plan, truth : the matched storeys.
+    associations : of `plan.lines` with `truth.truth_lines`.
+
+    Returns
+    -------
+    ThicknessTotals
+        A wall without a measured thickness is not counted. One whose faces associate with nothing, or both with the
+        same true face, is counted but not scored.
+    """
+    main = _main_truth(associations, len(plan.faces), len(truth.faces))
+    rows = {face.id: i for i, face in enumerate(plan.faces)}
+    lines = truth.lines
+    measured, errors = 0, []
+    for wall in plan.walls:
+        if wall.thickness is None:
+            continue
+        measured += 1
+        sides = sorted({main[rows[face]] for face in wall.faces if face in rows and main[rows[face]] >= 0})
+        if len(sides) == 2:
+            errors.append(abs(wall.thickness - face_distance(lines[sides[0]], lines[sides[1]])))
+    return ThicknessTotals(measured, tuple(errors))
+
+
+def face_distance(one: Floats, other: Floats) -> float:
+    """Distance between two roughly parallel faces, shape (4,) each, m: from each one's middle to the other's line."""
+    return (_to_line(one, other) + _to_line(other, one)) / 2
+
+
+def _to_line(segment: Floats, line: Floats) -> float:
+    step = line[2:] - line[:2]
+    middle = (segment[:2] + segment[2:]) / 2 - line[:2]
+    return abs(float(step[0] * middle[1] - step[1] * middle[0])) / float(np.hypot(*step))
+
+
+def _main_truth(associations: Associations, detected_count: int, face_count: int) -> list[int]:
+    """The true face that most of each detected face associates with, -1 for none; jambs are no faces of walls."""
+    together = np.zeros((detected_count, face_count + 1))
+    truth = np.minimum(associations.truth, face_count)
+    np.add.at(together, (associations.detected, truth), associations.length)
+    if face_count == 0:
+        return [-1] * detected_count
+    best = together[:, :face_count].argmax(axis=1)
+    return [int(j) if together[i, j] > 0 else -1 for i, j in enumerate(best)]
