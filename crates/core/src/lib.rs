@@ -5,7 +5,9 @@
 pub mod error;
 pub mod gather;
 pub mod hough;
+pub mod neighbours;
 pub mod read;
+pub mod trace;
 pub mod voxel;
 
 pub use error::{Error, Result};

@@ -5,6 +5,7 @@ mod error;
 mod evidence;
 mod hough;
 mod read;
+mod trace;
 
 use pyo3::prelude::*;
 
@@ -15,5 +16,7 @@ mod _core {
     #[pymodule_export]
     use crate::hough::{hough_batch, hough_incremental};
     #[pymodule_export]
-    use crate::read::{PointReader, read_header};
+    use crate::read::{PointReader, formats, read_header};
+    #[pymodule_export]
+    use crate::trace::{strips, trace_lines};
 }

@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 use asbuilt_core::read::{Header, open};
 use asbuilt_core::{Error, Result};
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -72,13 +72,17 @@ impl PointReader {
     ) -> PyResult<Option<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u32>>)>> {
         let received = py.detach(|| self.batches.lock().expect("no thread panics with the lock").recv());
         match received {
-            Ok(Ok((points, scans))) => Ok(Some((PyArray2::from_vec2(py, &rows(points))?, scans.into_pyarray(py)))),
+            Ok(Ok((points, scans))) => {
+                Ok(Some((points.into_flattened().into_pyarray(py).reshape([scans.len(), 3])?, scans.into_pyarray(py))))
+            }
             Ok(Err(error)) => Err(to_python(py, &error)),
             Err(_) => Ok(None),
         }
     }
 }
 
-fn rows(points: Vec<[f64; 3]>) -> Vec<Vec<f64>> {
-    points.into_iter().map(Vec::from).collect()
+/// Name and suffixes of each format that has a reader.
+#[pyfunction]
+pub fn formats() -> Vec<(&'static str, Vec<&'static str>)> {
+    asbuilt_core::read::formats().iter().map(|(name, suffixes)| (*name, suffixes.to_vec())).collect()
 }
