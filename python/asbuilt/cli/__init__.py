@@ -1,0 +1,99 @@
+"""The command line: one file a command, and what all commands share.
+
+A command parses, calls the library, prints. Results go to standard output, everything else to standard error. Heavy
+imports wait inside the commands until their arguments are good.
+
+=========  ==========================================================================
+exit code  meaning
+=========  ==========================================================================
+0          done
+1          nothing found: the outputs are written, and a message names the empty stage
+2          an error, told in one line
+3          done without the inputs that ``--skip-bad`` left out; they are listed
+70         a bug of ours
+130        interrupted
+=========  ==========================================================================
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import warnings
+from typing import Annotated, NoReturn
+
+import typer
+
+from asbuilt.cli.evaluate import evaluate_command
+from asbuilt.cli.info import info_command
+from asbuilt.cli.plan import plan_command
+from asbuilt.errors import AsBuiltError
+
+app = typer.Typer(
+    name="asbuilt",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("plan", no_args_is_help=True)(plan_command)
+app.command("info", no_args_is_help=True)(info_command)
+app.command("evaluate", no_args_is_help=True)(evaluate_command)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from asbuilt import __version__
+
+        typer.echo(f"asbuilt {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _asbuilt(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """As-built floor plans from registered laser scans.
+
+    asbuilt plan scans/*.e57 -o school.dxf
+
+    asbuilt info scans/
+
+    asbuilt evaluate plan.geojson truth.json
+    """
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run the command line and leave with its exit code; errors are one line, never a traceback."""
+    if hasattr(signal, "SIGPIPE"):
+        # asbuilt info ... | head: end quietly as other programs do; no output file is being written while we print
+        signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+    try:
+        typer.main.get_command(app)(arguments, prog_name="asbuilt")
+        code = 0
+    except SystemExit as leaving:
+        code = leaving.code if isinstance(leaving.code, int) else 0
+    except KeyboardInterrupt:
+        code = 130
+    except AsBuiltError as error:
+        code = _fail(2, str(error))
+    except MemoryError:
+        code = _fail(2, "out of memory; a larger --voxel needs less")
+    except Exception as error:
+        if os.environ.get("ASBUILT_TRACEBACK"):
+            raise
+        where = f"{type(error).__name__}: {error}"
+        code = _fail(70, f"this is a bug of asbuilt, please report it: {where} (ASBUILT_TRACEBACK=1 shows where)")
+    if code == 130:
+        _fail(130, "interrupted")
+    sys.exit(code)
+
+
+def _fail(code: int, message: str) -> int:
+    print(f"asbuilt: {' '.join(message.split())}", file=sys.stderr)
+    return code

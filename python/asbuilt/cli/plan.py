@@ -1,0 +1,161 @@
+"""``asbuilt plan``: scans in, plan out."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
+from asbuilt.errors import ParameterError
+
+if TYPE_CHECKING:
+    from asbuilt.params import Parameters
+    from asbuilt.plan import FloorPlan
+
+
+def _method(metavar: str, text: str, *names: str) -> Any:
+    """An option of the method: without it the preset's value holds, so it shows no default of its own."""
+    panel = "Parameters of the method, by the paper's section (default: the preset's)"
+    return typer.Option(*names, metavar=metavar, help=text, show_default=False, rich_help_panel=panel)
+
+
+def plan_command(
+    inputs: Inputs,
+    output: Annotated[
+        list[Path],
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="OUT",
+            help="File to write; its suffix chooses the format: .geojson .dxf .svg .png. May be given several times.",
+            show_default=False,
+        ),
+    ],
+    preset: Annotated[
+        str, typer.Option(metavar="default|paper", help="All parameters at once; paper is the paper's best setting.")
+    ] = "default",
+    storey: Annotated[
+        int | None, typer.Option(metavar="N", help="This storey only; 0 is the lowest.", show_default=False)
+    ] = None,
+    unit: Unit = "m",
+    up: Up = "z",
+    crs: Annotated[
+        str | None,
+        typer.Option(
+            metavar="EPSG:n|WKT",
+            help="Coordinate reference system of the input; else what its headers say.",
+            show_default=False,
+            rich_help_panel="Reading",
+        ),
+    ] = None,
+    skip_bad: SkipBad = False,
+    threads: Threads = None,
+    voxel: Annotated[float | None, _method("METRES", "Side of an evidence voxel (3.1).")] = None,
+    sigmas: Annotated[float | None, _method("K", "Keep cells above mean + k sigma (3.3).", "--sigmas", "-k")] = None,
+    hough: Annotated[str | None, _method("incremental|batch", "Lines one at a time or all at once (5.2).")] = None,
+    fill_gap: Annotated[float | None, _method("METRES", "Bridge gaps in a line up to this (3.3).")] = None,
+    min_length: Annotated[float | None, _method("METRES", "Drop shorter segments (3.3).")] = None,
+    max_lines: Annotated[int | None, _method("N", "Stop after this many lines (3.3).")] = None,
+    snap_deg: Annotated[
+        float | None, _method("DEGREES", "Turn segments this close to a dominant orientation to it; 0: none (3.4).")
+    ] = None,
+    cross_sections: Annotated[
+        str | None, _method("all|band|lowest", "Heights that count: all, a band, or the slices that hold least (5.3).")
+    ] = None,
+    slices: Annotated[int | None, _method("N", "How many slices that hold least (5.3).")] = None,
+    band: Annotated[tuple[float, float] | None, _method("LOW HIGH", "The band, metres above the floor (5.3).")] = None,
+) -> None:
+    """Draw the floor plan of registered laser scans.
+
+    One drawing for CAD, from all scans of a building:
+
+        asbuilt plan scans/*.e57 -o school.dxf
+
+    Several formats at once, of a folder; with several storeys the pictures become plan_s0.png, plan_s1.png...:
+
+        asbuilt plan scans/ -o plan.geojson -o plan.dxf -o plan.png
+
+    The second storey of a cloud in millimetres, y up:
+
+        asbuilt plan house.ply --unit mm --up y --storey 1 -o upstairs.svg
+
+    Exactly as in the paper, and with one thing changed:
+
+        asbuilt plan school.laz --preset paper -o plan.geojson
+
+        asbuilt plan school.laz --preset paper --hough batch -k 2 -o plan.geojson
+
+    Exit codes: 0 done, 1 nothing found (the files are written), 2 error, 3 done but --skip-bad left files out.
+    """
+    from asbuilt.export import check_output, export
+
+    for path in output:
+        check_output(path)
+    if band is not None and cross_sections is None:
+        cross_sections = "band"
+    changes: dict[str, dict[str, Any]] = {
+        "evidence": {"voxel": voxel},
+        "cross_sections": {"select": cross_sections, "count": slices, "band": band},
+        "lines": {
+            "sigmas": sigmas,
+            "method": hough,
+            "fill_gap": fill_gap,
+            "min_length": min_length,
+            "max_lines": max_lines,
+        },
+        "orientation": {"snap": None if snap_deg is None else math.radians(snap_deg)},
+    }
+    parameters = _parameters(preset, changes)
+    _check_crs(crs)
+
+    import asbuilt
+
+    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    with progress_bar("reading") as progress:
+        evidence = asbuilt.gather_evidence(
+            cloud, parameters.evidence, threads=threads, progress=progress, skip_bad=skip_bad
+        )
+    plan = asbuilt.extract_floor_plan(evidence, parameters, storey=storey, crs=crs)
+    written = [path for target in output for path in export(plan, target, evidence)]
+
+    _print_summary(plan, evidence.points, len(evidence.inputs), written)
+    for note in plan.notes:
+        say(f"asbuilt: note: {note}")
+    for error in evidence.errors:
+        say(f"asbuilt: left out: {error}")
+    if not plan.wall_faces:
+        say("asbuilt: nothing found: the plan has no walls")
+        raise typer.Exit(1)
+    if evidence.errors:
+        raise typer.Exit(3)
+
+
+def _parameters(preset: str, changes: dict[str, dict[str, Any]]) -> Parameters:
+    """The preset with what was said on the command line; defaults stay where they are, in `asbuilt.params`."""
+    from asbuilt.params import Parameters
+
+    said = {
+        stage: {name: value for name, value in given.items() if value is not None} for stage, given in changes.items()
+    }
+    return Parameters.preset(preset).replace(**{stage: given for stage, given in said.items() if given})
+
+
+def _check_crs(crs: str | None) -> None:
+    if crs is not None and not re.fullmatch(r"EPSG:\d+|[A-Z_]+(CRS|CS)\s*\[.*\]\s*", crs, re.DOTALL):
+        raise ParameterError(f"--crs {crs[:40]!r}: expected EPSG:n, such as EPSG:25832, or WKT")
+
+
+def _print_summary(plan: FloorPlan, points: int, files: int, written: list[Path]) -> None:
+    print(f"{points:,} points in {files} {'file' if files == 1 else 'files'}")
+    for storey in plan:
+        length = sum(face.length for face in storey.wall_faces)
+        print(
+            f"storey {storey.index}: floor {storey.floor:.2f} m, ceiling {storey.ceiling:.2f} m, "
+            f"{len(storey.wall_faces)} wall faces, {length:.1f} m"
+        )
+    for path in written:
+        print(f"wrote {path}")

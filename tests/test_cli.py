@@ -1,0 +1,246 @@
+"""The command line: what it prints, where, and with which exit code."""
+
+from __future__ import annotations
+
+import os
+import pty
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+
+import asbuilt
+from asbuilt.cli import main
+from asbuilt.cli.histogram import draw_heights
+from asbuilt.storeys import HeightHistogram, Level
+
+ASBUILT = [sys.executable, "-c", "from asbuilt.cli import main; main()"]
+
+
+@pytest.fixture
+def run(capsys):
+    """Run the command line in this process; gives the exit code, standard output and standard error."""
+
+    def run_main(*arguments: object) -> tuple[int, str, str]:
+        pipe = signal.getsignal(signal.SIGPIPE)
+        try:
+            with pytest.raises(SystemExit) as leaving:
+                main([str(argument) for argument in arguments])
+        finally:
+            signal.signal(signal.SIGPIPE, pipe)
+        printed = capsys.readouterr()
+        return leaving.value.code, printed.out, printed.err
+
+    return run_main
+
+
+def write_las(path: Path, points: np.ndarray) -> Path:
+    las = laspy.create(point_format=6, file_version="1.4")
+    las.header.scales = [0.001] * 3
+    las.x, las.y, las.z = points.T
+    las.write(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory) -> Path:
+    """A room of 6 m x 4 m x 2.5 m as LAS, a point each 4 cm, with 3 mm of noise."""
+    x, y, z = (np.arange(0, length, 0.04) for length in (6.0, 4.0, 2.5))
+    surfaces = [np.stack(np.meshgrid(x, y, [level]), -1) for level in (0.0, 2.5)]
+    surfaces += [np.stack(np.meshgrid(x, [side], z), -1) for side in (0.0, 4.0)]
+    surfaces += [np.stack(np.meshgrid([side], y, z), -1) for side in (0.0, 6.0)]
+    points = np.concatenate([surface.reshape(-1, 3) for surface in surfaces])
+    points += np.random.default_rng(1).normal(0.0, 0.003, points.shape)
+    return write_las(tmp_path_factory.mktemp("clouds") / "room.las", points + 0.05)
+
+
+def test_version(run):
+    assert run("--version") == (0, f"asbuilt {asbuilt.__version__}\n", "")
+
+
+@pytest.mark.parametrize("command", ["plan", "info", "evaluate"])
+def test_help_teaches_by_example(command, run):
+    code, out, _ = run(command, "--help")
+    assert code == 0
+    assert out.count(f"    asbuilt {command} ") >= 2
+
+
+def test_plan_writes_each_format_and_says_what_it_found(room, run, tmp_path):
+    outputs = [tmp_path / f"plan{suffix}" for suffix in (".geojson", ".dxf", ".svg", ".png")]
+    code, out, err = run("plan", room, *(part for path in outputs for part in ("-o", path)))
+    assert code == 0, err
+    assert err == ""
+    assert "storey 0: floor 0.05 m" in out
+    assert [line for line in out.splitlines() if line.startswith("wrote")] == [f"wrote {path}" for path in outputs]
+    assert all(path.stat().st_size > 0 for path in outputs)
+
+
+def test_options_reach_the_parameters_and_the_plan_file(room, run, tmp_path):
+    path = tmp_path / "plan.geojson"
+    said = ["--preset", "paper", "-k", 2, "--hough", "batch", "--fill-gap", 0.5, "--min-length", 0.3, "--snap-deg", 3]
+    code, _, err = run("plan", room, "-o", path, *said, "--slices", 5, "--crs", "EPSG:25832")
+    assert code == 0, err
+    plan = asbuilt.load_plan(path)
+    assert plan.crs == "EPSG:25832"
+    assert plan.parameters["preset_name"] == "paper"
+    assert plan.parameters["cross_sections"]["count"] == 5
+    lines = plan.parameters["lines"]
+    assert (lines["sigmas"], lines["method"], lines["fill_gap"], lines["min_length"]) == (2, "batch", 0.5, 0.3)
+    assert plan.parameters["orientation"]["snap"] == pytest.approx(np.radians(3))
+
+
+def test_any_number_of_threads_gives_the_same_bytes(room, run, tmp_path):
+    for threads in (1, 3):
+        assert run("plan", room, "-o", tmp_path / f"{threads}.geojson", "--threads", threads)[0] == 0
+    assert (tmp_path / "1.geojson").read_bytes() == (tmp_path / "3.geojson").read_bytes()
+
+
+def test_nothing_found_writes_the_plan_names_the_stage_and_exits_1(run, tmp_path):
+    ground = np.stack(np.meshgrid(np.arange(0, 5, 0.05), np.arange(0, 5, 0.05), [0.05]), -1).reshape(-1, 3)
+    cloud = write_las(tmp_path / "ground.las", ground)
+    code, _, err = run("plan", cloud, "-o", tmp_path / "plan.geojson", "-o", tmp_path / "plan.png")
+    assert code == 1
+    assert "storeys:" in err or "lines:" in err
+    assert asbuilt.load_plan(tmp_path / "plan.geojson").wall_faces == ()
+    assert (tmp_path / "plan.png").exists()
+
+
+def one_line(err: str, *words: object) -> bool:
+    return err.startswith("asbuilt: ") and err.count("\n") == 1 and all(str(word) in err for word in words)
+
+
+def test_an_unknown_suffix_is_found_before_the_input_is_even_looked_for(run, tmp_path):
+    code, out, err = run("plan", tmp_path / "absent.las", "-o", tmp_path / "plan.docx")
+    assert (code, out) == (2, "")
+    assert one_line(err, "plan.docx", ".geojson", ".dxf", ".svg", ".png")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("empty.las", b""), ("text.las", b"1 2 3\n" * 100), ("short.las", None), ("absent.las", ...), ("folder", ...)],
+)
+@pytest.mark.parametrize("command", ["plan", "info"])
+def test_a_bad_input_is_one_line_that_names_the_file(command, name, content, room, run, tmp_path):
+    path = tmp_path / name
+    if name == "folder":
+        path.mkdir()
+    elif content is None:
+        path.write_bytes(room.read_bytes()[:20000])
+    elif content is not ...:
+        path.write_bytes(content)
+    code, _, err = run(command, path, *(["-o", tmp_path / "plan.dxf"] if command == "plan" else []))
+    assert code == 2
+    assert one_line(err, path)
+    assert not (tmp_path / "plan.dxf").exists()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--unit", "mile"], ["--up", "w"], ["--crs", "25832"], ["--preset", "best"], ["--storey", 7],
+        ["--fill-gap", -1], ["--hough", "both"], ["--slices", 0], ["--band", 2, 1], ["--cross-sections", "some"],
+    ],
+    ids=lambda wrong: wrong[0],
+)  # fmt: skip
+def test_a_bad_argument_is_one_line_and_leaves_no_output(wrong, room, run, tmp_path):
+    code, _, err = run("plan", room, "-o", tmp_path / "plan.dxf", *wrong)
+    assert code == 2
+    assert one_line(err)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_skip_bad_goes_on_lists_what_it_left_out_and_exits_3(room, run, tmp_path):
+    bad = tmp_path / "bad.las"
+    bad.write_bytes(b"not a cloud")
+    assert run("plan", room, bad, "-o", tmp_path / "plan.geojson")[0] == 2
+    code, _, err = run("plan", room, bad, "-o", tmp_path / "plan.geojson", "--skip-bad")
+    assert code == 3
+    assert err.startswith(f"asbuilt: left out: {bad}")
+    assert run("plan", room, "-o", tmp_path / "alone.geojson")[0] == 0
+    assert (tmp_path / "plan.geojson").read_bytes() == (tmp_path / "alone.geojson").read_bytes()
+    assert run("info", bad, room, "--skip-bad")[0] == 3
+    assert run("plan", bad, "-o", tmp_path / "none.geojson", "--skip-bad")[0] == 2  # nothing left
+
+
+def test_info_prints_what_the_files_hold_and_draws_the_heights(room, run):
+    code, out, err = run("info", room)
+    assert (code, err) == (0, "")
+    assert "LAS 1.4" in out
+    assert f"points  {len(laspy.read(room).points):,}" in out
+    assert "floor of storey 0, 0.05" in out
+    assert "ceiling of storey 0" in out
+
+
+def test_info_of_headers_reads_no_points(room, run, monkeypatch):
+    monkeypatch.setattr(asbuilt, "gather_evidence", None)
+    code, out, _ = run("info", "--headers", room)
+    assert code == 0
+    assert "bounds  x " in out
+
+
+def test_heights_are_drawn_highest_first_and_fit_the_terminal():
+    histogram = HeightHistogram(-100.0, 0.1, np.r_[np.ones(1000, int), 50, np.full(24, 5), 40, np.zeros(2000, int), 1])
+    lines = draw_heights(histogram, [Level(0, 0.02, 2.55)], columns=70, rows=40)
+    assert len(lines) <= 40
+    assert all(len(line) <= 70 for line in lines)
+    assert "ceiling of storey 0, 2.55" in next(line for line in lines if "####" in line)
+    assert draw_heights(HeightHistogram(0.0, 0.1, np.zeros(0, int)), [], 80, 40) == []
+
+
+def test_a_bug_is_one_line_too(room, run, monkeypatch):
+    monkeypatch.setattr(asbuilt, "gather_evidence", lambda *_, **__: 1 / 0)
+    code, _, err = run("info", room)
+    assert code == 70
+    assert one_line(err, "ZeroDivisionError", "report")
+
+
+def test_ctrl_c_stops_within_a_second_and_leaves_nothing(example, tmp_path):
+    scans = tmp_path / "scans"
+    scans.mkdir()
+    for i in range(60):  # half a minute of reading
+        (scans / f"{i}.laz").symlink_to(example / "scans.laz")
+    command = [*ASBUILT, "plan", str(scans), "-o", str(tmp_path / "plan.dxf")]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        time.sleep(2.0)
+        started = time.monotonic()
+        process.send_signal(signal.SIGINT)
+        _, err = process.communicate(timeout=20)
+    assert time.monotonic() - started < 1.0
+    assert (process.returncode, err) == (130, "asbuilt: interrupted\n")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["scans"]
+
+
+def test_a_reader_that_leaves_early_is_no_error(room):
+    with subprocess.Popen([*ASBUILT, "info", room], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        process.stdout.close()
+        assert process.stderr.read() == b""
+
+
+def test_progress_is_drawn_on_a_terminal_only(room, tmp_path):
+    command = [*ASBUILT, "plan", str(room), "-o", str(tmp_path / "plan.geojson")]
+    assert subprocess.run(command, capture_output=True, check=True).stderr == b""
+    ours, theirs = pty.openpty()
+    try:
+        subprocess.run(
+            command, stdout=subprocess.DEVNULL, stderr=theirs, check=True, env={**os.environ, "TERM": "xterm"}
+        )
+        assert b"reading" in os.read(ours, 65536)
+    finally:
+        os.close(ours)
+        os.close(theirs)
+
+
+def test_help_and_errors_do_not_wait_for_heavy_imports():
+    heavy = ("matplotlib", "ezdxf", "scipy", "shapely", "rich.progress")
+    script = f"import sys, asbuilt.cli, asbuilt.export; print([name for name in {heavy} if name in sys.modules])"
+    assert subprocess.check_output([sys.executable, "-c", script], text=True) == "[]\n"
+
+
+def test_the_console_script_is_installed():
+    script = Path(sys.executable).with_name("asbuilt")
+    assert subprocess.check_output([script, "--version"], text=True).startswith("asbuilt ")
