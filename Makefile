@@ -34,6 +34,9 @@ $(BIN)/.installed: pyproject.toml
 	$(BIN)/python -m pip install --group dev
 	@touch $@
 
+ifeq ($(wildcard python/asbuilt/_core*.so),)
+.PHONY: $(BIN)/.built # the stamp is there but what it stands for is gone
+endif
 $(BIN)/.built: $(BIN)/.installed $(RUST_SOURCES)
 	VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --quiet
 	@touch $@
