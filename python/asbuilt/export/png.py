@@ -30,7 +30,7 @@ def write(plan: FloorPlan, storey: Storey | None, path: Path, evidence: Evidence
     """Write one storey as PNG; without `evidence` on white."""
     density = None
     if storey is not None and evidence is not None:
-        from asbuilt.evidence import density_image
+        from asbuilt import density_image
 
         density = density_image(evidence, storey)
     x0, y0, x1, y1 = _bounds(plan, density)
