@@ -39,8 +39,8 @@ def evaluate_command(
         str, typer.Option(metavar="PATTERN", help="Layers of a DXF whose line work is walls; * and ? match anything.")
     ] = "*WALL*",
     cut_height: Annotated[
-        float, typer.Option(metavar="METRES", help="Height above its storey at which an IFC's walls are cut.")
-    ] = 1.2,
+        float, typer.Option(metavar="METRES", help="Height above the floor at which an IFC's walls are cut.")
+    ] = 0.5,
     storey: Annotated[
         list[int] | None,
         typer.Option(

@@ -9,8 +9,14 @@ from typing import Any
 
 from asbuilt.errors import InputError
 from asbuilt.evaluate.drawing import Drawing
-from asbuilt.evaluate.geojson import geojson_drawing, is_geojson
-from asbuilt.evaluate.truth import is_truth, truth_drawing
+from asbuilt.evaluate.read_challenge import (
+    challenge_2d_drawing,
+    challenge_3d_drawing,
+    is_challenge_2d,
+    is_challenge_3d,
+)
+from asbuilt.evaluate.read_geojson import geojson_drawing, is_geojson
+from asbuilt.evaluate.read_truth import is_truth, truth_drawing
 from asbuilt.plan import FloorPlan
 
 
@@ -30,33 +36,49 @@ def as_drawing(source: Drawing | FloorPlan | dict[str, Any] | str | os.PathLike[
     return read_drawing(source)
 
 
-def read_drawing(path: str | os.PathLike[str], layer: str = "*WALL*", cut_height: float = 1.2) -> Drawing:
+def read_drawing(path: str | os.PathLike[str], layer: str = "*WALL*", cut_height: float = 0.5) -> Drawing:
     """Read a plan or a truth from a file, whose suffix and content choose the format.
 
     Parameters
     ----------
-    path : .geojson or .json (our GeoJSON, a case's `truth.json`, the Scan-to-BIM challenge's form), .dxf or .ifc.
-    layer : pattern of the DXF layers whose line work is walls, without regard to case.
-    cut_height : height above its storey's floor at which an IFC's walls are cut, m.
+    path : .dxf, .ifc, or JSON: our GeoJSON, a case's `truth.json`, the Scan-to-BIM challenge's 2D or 3D form.
+    layer : pattern of the DXF layers whose line work is walls, without regard to case; * and ? match anything.
+    cut_height : height above its storey's floor at which an IFC's walls are cut, m; below the windows' sills, for a
+        wall runs on under a window.
 
     Raises
     ------
     InputError : the file is missing, unreadable or of a format that is not known; the message names it.
+    MissingExtraError : the file is IFC and IfcOpenShell is not installed.
     """
     file = Path(path)
+    suffix = file.suffix.lower()
+    if suffix == ".dxf":
+        from asbuilt.evaluate.read_dxf import read_dxf
+
+        return read_dxf(file, layer)
+    if suffix == ".ifc":
+        from asbuilt.evaluate.read_ifc import read_ifc
+
+        return read_ifc(file, cut_height)
     try:
         with file.open(encoding="utf-8") as stream:
             data = json.load(stream)
     except OSError as error:
         raise InputError(f"{file}: {error.strerror}") from error
     except ValueError as error:
-        raise InputError(f"{file}: expected JSON, found {error}") from error
+        raise InputError(f"{file}: expected .dxf, .ifc or JSON, found {error}") from error
     return _json_drawing(data, str(file))
 
 
 def _json_drawing(data: Any, name: str) -> Drawing:
-    if is_geojson(data):
-        return geojson_drawing(data, name)
-    if is_truth(data):
-        return truth_drawing(data, name)
-    raise InputError(f"{name}: expected a GeoJSON plan or a truth.json, found other JSON")
+    forms = (
+        (is_geojson, geojson_drawing),
+        (is_truth, truth_drawing),
+        (is_challenge_2d, challenge_2d_drawing),
+        (is_challenge_3d, challenge_3d_drawing),
+    )
+    for fits, drawing in forms:
+        if fits(data):
+            return drawing(data, name)
+    raise InputError(f"{name}: expected a GeoJSON plan, a truth.json or the challenge's JSON, found other JSON")
