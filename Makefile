@@ -66,7 +66,7 @@ format: setup ## format Rust and Python, and mend what ruff can mend
 	$(BIN)/ruff check --fix --exit-zero $(PYTHON_SOURCES)
 	$(BIN)/ruff format $(PYTHON_SOURCES)
 
-docs: setup ## the documentation, into out/docs; a warning fails
+## the documentation, into out/docs; a warning fails
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -b html docs out/docs
 	@echo "out/docs/index.html"
 
