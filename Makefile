@@ -66,7 +66,7 @@ format: setup ## format Rust and Python, and mend what ruff can mend
 	$(BIN)/ruff check --fix --exit-zero $(PYTHON_SOURCES)
 	$(BIN)/ruff format $(PYTHON_SOURCES)
 
-## the documentation, into out/docs; a warning fails
+docs: setup ## the documentation, into out/docs; a warning fails
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -b html docs out/docs
 	@echo "out/docs/index.html"
 
@@ -81,4 +81,5 @@ experiments: setup ## every table and figure of the paper, into out/experiments
 
 clean: ## remove what the recipes made
 	rm -rf $(VENV) out dist target docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	find python -name '__pycache__' -prune -exec rm -rf {} + -o -name '_core*.so' -delete
+	find python tests experiments -name __pycache__ -prune -exec rm -rf {} +
+	rm -f python/asbuilt/_core*.so
