@@ -102,4 +102,7 @@ def evaluate_command(
     if figure is not None:
         with replacing(figure) as temporary:
             write_figure(result, temporary, which)
-    Console().print(evaluation_tables(result))
+    console = Console()
+    if not console.is_terminal:  # a pipe has no width of its own, and numbers must not be cut
+        console.width = max(console.width, 100)
+    console.print(evaluation_tables(result))

@@ -49,7 +49,9 @@ class Scores:
 
     def _walls_to_json(self, which: TruthSet) -> dict[str, Any]:
         challenge = self.challenge[which].to_json()
-        if self.rooms is not None:  # drawn rooms say it better than the areas that the line work happens to close
+        if (
+            self.rooms is not None and self.rooms.detected
+        ):  # drawn rooms say it better than the areas that the line work happens to close
             challenge["room_iou"] = ratio(self.rooms.intersection, self.rooms.union)
         return {**self.walls[which].to_json(), "loa": self.offsets[which].to_json(), "challenge": challenge}
 

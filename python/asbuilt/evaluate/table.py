@@ -39,14 +39,14 @@ def _table(title: str, *headings: str) -> Any:
     from rich import box
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
     for i, heading in enumerate(headings):
         table.add_column(heading, justify="left" if i < 2 else "right", no_wrap=True)
     return table
 
 
 def _walls(report: dict[str, Any]) -> Any:
-    table = _table("Walls", "truth", "storey", "P", "R", "F", "E_D mm", "E_Θ °", "E_OS", "E_OL", "≤ 15 mm", "LOA 95 %")
+    table = _table("Walls", "truth", "storey", "P", "R", "F", "E_D mm", "E_Θ °", "E_OS", "E_OL", "≤15mm", "LOA")
     for which in TRUTH_SETS:
         rows = [(_storey_name(storey), storey[which]) for storey in report["storeys"]]
         if len(rows) == 1:
@@ -59,8 +59,8 @@ def _walls(report: dict[str, Any]) -> Any:
 
 def _storey_name(storey: dict[str, Any]) -> str:
     if storey["index"] is None:
-        return f"plan's {storey['plan_index']}, no truth"
-    return f"{storey['index']}" if storey["plan_index"] is not None else f"{storey['index']}, not in plan"
+        return f"no truth ({storey['plan_index']})"
+    return f"{storey['index']}" if storey["plan_index"] is not None else f"{storey['index']} missed"
 
 
 def _wall_cells(measures: dict[str, Any]) -> list[str]:
@@ -73,7 +73,7 @@ def _wall_cells(measures: dict[str, Any]) -> list[str]:
         _number(measures["over_segmentation"], 2),
         _number(measures["overlap"]),
         _number(measures["within_15mm"]),
-        measures["loa"]["band"] or _NOTHING,
+        (measures["loa"]["band"] or _NOTHING).removeprefix("LOA"),
     ]
 
 
