@@ -159,7 +159,13 @@ impl Cloud {
         // Without a pose the scanner is known to be the origin only if the scan is still a grid of directions.
         let is_grid = spherical || pc.prototype.iter().any(|record| record.name == RecordName::RowIndex);
         let is_posed = translation != [0.0; 3] || rotation != IDENTITY;
-        let mut cloud = Self {
+        // Bounds are the scanner's own, but some writers give the file's: believe them where both are the same.
+        let bounds = pc
+            .cartesian_bounds
+            .as_ref()
+            .filter(|_| !is_posed)
+            .and_then(|b| Some([[b.x_min?, b.y_min?, b.z_min?], [b.x_max?, b.y_max?, b.z_max?]]));
+        Ok(Some(Self {
             records: pc.records,
             streams: pc.prototype.len(),
             fields,
@@ -167,21 +173,9 @@ impl Cloud {
             rotation,
             translation,
             position: (is_grid || is_posed).then_some(translation),
-            bounds: None,
+            bounds,
             section: pc.file_offset,
             packets: OnceLock::new(),
-        };
-        cloud.bounds = cloud.bounds_of(pc);
-        Ok(Some(cloud))
-    }
-
-    /// The box that holds the scan's own box, once that is turned into the file's frame.
-    fn bounds_of(&self, pc: &PointCloud) -> Option<[[f64; 3]; 2]> {
-        let own = pc.cartesian_bounds.as_ref()?;
-        let axes = [[own.x_min?, own.x_max?], [own.y_min?, own.y_max?], [own.z_min?, own.z_max?]];
-        let corners = (0..8).map(|c| self.to_file([axes[0][c & 1], axes[1][c >> 1 & 1], axes[2][c >> 2]]));
-        Some(corners.fold([[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]], |[low, high], corner| {
-            [0, 1].map(|side| [0, 1, 2].map(|i| if side == 0 { low[i].min(corner[i]) } else { high[i].max(corner[i]) }))
         }))
     }
 

@@ -82,26 +82,28 @@ impl Laz {
 
     /// The chunk table, or `None` if the writer could not go back to note where it is.
     fn chunk_table(&self, input: &Input, layout: &Layout, vlr: &LazVlr) -> Result<Option<Vec<Chunk>>> {
-        let mut place = [0; 8];
+        let (first, mut place, mut head) = (layout.start + 8, [0; 8], [0; 8]);
         input.read_at(layout.start, &mut place)?;
         let mut table_at = u64_at(&place, 0);
-        if table_at as i64 <= layout.start as i64 {
+        let is_noted = (first as i64..=i64::MAX).contains(&(table_at as i64));
+        if !is_noted {
             // A writer to a pipe puts it into the last eight bytes.
             input.read_at(input.len() - 8, &mut place)?;
             table_at = u64_at(&place, 0);
         }
-        let first = layout.start + 8;
-        if table_at < first || table_at.checked_add(8).is_none_or(|end| end > input.len()) {
-            if table_at as i64 > layout.start as i64 && (table_at as i64) < i64::MAX / 2 && !self.layered {
+        let is_within = table_at >= first && table_at.checked_add(8).is_some_and(|end| end <= input.len());
+        if is_within {
+            input.read_at(table_at, &mut head)?;
+        }
+        if !is_within || u32_at(&head, 0) != 0 {
+            if is_noted {
                 return Err(input.bad(format!(
-                    "expected a chunk table at byte {table_at}, found a file of {} bytes; it is cut short",
+                    "expected a chunk table at byte {table_at} of {}, found none; it is cut short or damaged",
                     input.len()
                 )));
             }
             return Ok(None);
         }
-        let mut head = [0; 8];
-        input.read_at(table_at, &mut head)?;
         let count = u64::from(u32_at(&head, 4));
         // Every chunk begins with one raw point.
         if count > (table_at - first) / layout.record_length as u64 {

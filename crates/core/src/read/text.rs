@@ -16,7 +16,7 @@ const PART_BYTES: u64 = 8 << 20;
 
 /// What people call x, y and z, in lower case, without units.
 const NAMES: [&[&str]; 3] = [
-    &["x", "east", "easting", "e", "cartesianx", "x_coord", "xcoord", "coord_x", "pos_x", "rechtswert", "//x"],
+    &["x", "east", "easting", "e", "cartesianx", "x_coord", "xcoord", "coord_x", "pos_x", "rechtswert"],
     &["y", "north", "northing", "n", "cartesiany", "y_coord", "ycoord", "coord_y", "pos_y", "hochwert"],
     &["z", "height", "elevation", "h", "cartesianz", "z_coord", "zcoord", "coord_z", "pos_z", "altitude", "alt"],
 ];
@@ -133,11 +133,15 @@ impl<'a> Row<'a> {
         rows
     }
 
-    /// Whether it holds numbers and what may stand between them, nothing else.
-    fn is_numbers(&self) -> bool {
-        let lower = self.text.to_ascii_lowercase().replace("nan", "0").replace("inf", "0");
-        lower.starts_with(|c: char| c.is_ascii_digit() || "+-.\"".contains(c))
-            && lower.chars().all(|c| c.is_ascii_digit() || "+-.,;|eE\t \"".contains(c))
+    /// Whether it is a row of points: three numbers or more among whatever else.
+    fn is_point(&self) -> bool {
+        let words = self.text.split(|c: char| c.is_whitespace() || ";,|\"".contains(c));
+        !is_comment(self.text.as_bytes()) && words.filter(|word| word.parse::<f64>().is_ok()).count() >= 3
+    }
+
+    /// Whether it is a number of points.
+    fn is_count(&self) -> bool {
+        !self.text.is_empty() && self.text.bytes().all(|byte| byte.is_ascii_digit())
     }
 
     fn split_at(&self, delimiter: Option<u8>) -> Vec<&'a str> {
@@ -160,27 +164,23 @@ struct Layout {
 
 impl Layout {
     fn find(input: &Input, rows: &[Row<'_>], is_pts: bool) -> Result<Self> {
-        let is_single = |row: &Row<'_>| !row.text.is_empty() && row.text.bytes().all(|byte| byte.is_ascii_digit());
-        let numbers: Vec<_> = rows.iter().filter(|row| row.is_numbers() && !is_single(row)).collect();
-        let is_numeric = |row: &&Row<'_>| row.is_numbers();
-        let Some(first_number) = rows.iter().find(is_numeric) else {
+        let Some(first_row) = rows.iter().find(|row| row.is_point() || row.is_count()) else {
             let shown: String = rows.first().map_or("nothing", |row| row.text).chars().take(40).collect();
             return Err(input.bad(format!("expected rows of x, y, z, found {shown:?}")));
         };
         if rows.iter().any(|row| row.text.to_ascii_lowercase().starts_with("ncols")) {
             return Err(Error::unsupported(input.path(), "expected rows of x, y, z, found a raster (ESRI ASCII grid)"));
         }
-        let has_counts = is_single(first_number);
-        let count = if has_counts { first_number.text.parse().ok() } else { None };
         let mut layout = Self {
             columns: Columns::new([0, 1, 2], None, false),
             xyz: [0, 1, 2],
-            start: first_number.start,
-            has_counts,
-            count,
+            start: first_row.start,
+            has_counts: first_row.is_count(),
+            count: first_row.text.parse().ok(),
             notes: Vec::new(),
         };
-        let Some(first) = numbers.first() else {
+        let points: Vec<_> = rows.iter().filter(|row| row.is_point()).collect();
+        let Some(first) = points.first() else {
             // Only a count: fine if it is zero, and found wanting later if it is not.
             return Ok(layout);
         };
@@ -190,15 +190,14 @@ impl Layout {
         if words.len() < 3 {
             return Err(input.bad(format!("expected three columns or more, found {:?}", first.text)));
         }
-        let above = rows.iter().take_while(|row| !row.is_numbers());
+        let above = rows.iter().take_while(|row| !row.is_point());
         let named = above.filter_map(|row| find_names(row, delimiter, words.len())).last();
         if let Some(names) = named {
-            let axis = |i: usize| names.iter().position(|name| NAMES[i].contains(&name.as_str()));
-            let (Some(x), Some(y), Some(z)) = (axis(0), axis(1), axis(2)) else {
+            let [Some(x), Some(y), Some(z)] = find_axes(&names) else {
                 return Err(input.bad(format!("expected columns x, y, z, found {}", names.join(", "))));
             };
             layout.xyz = [x, y, z];
-        } else if !is_pts && !has_counts && is_numbered(&numbers, delimiter) {
+        } else if !is_pts && !layout.has_counts && is_numbered(&points, delimiter) {
             layout.xyz = [1, 2, 3];
             layout.notes.push("its first column numbers the rows: x, y, z are columns 2, 3, 4".into());
         }
@@ -232,18 +231,22 @@ fn find_delimiter(line: &str) -> Option<u8> {
     None
 }
 
-/// The names in a line above the numbers, if it has one for each column (or the first few).
+/// The names in a line above the numbers: one for each column. A comment may say anything: it must name x, y, z.
 fn find_names(row: &Row<'_>, delimiter: Option<u8>, columns: usize) -> Option<Vec<String>> {
-    let text = row.text.trim_start_matches(['#', '%', '!', '/', ' ']);
-    let line = Row { start: row.start, text };
+    let line = Row { start: row.start, text: row.text.trim_start_matches(['#', '%', '!', '/', ' ']) };
     let mut names = line.split_at(delimiter);
     if names.len() != columns {
         names = line.split_at(None);
     }
     let plain = |name: &str| name.split(['[', '(']).next().unwrap_or_default().trim().to_ascii_lowercase();
     let names: Vec<_> = names.into_iter().map(plain).collect();
-    let is_known = names.iter().any(|name| NAMES.iter().any(|known| known.contains(&name.as_str())));
-    (names.len() == columns || (is_known && names.len() >= 3)).then_some(names)
+    let names_all = find_axes(&names).iter().all(Option::is_some);
+    (names_all || (names.len() == columns && !is_comment(row.text.as_bytes()))).then_some(names)
+}
+
+/// The columns called x, y and z.
+fn find_axes(names: &[String]) -> [Option<usize>; 3] {
+    NAMES.map(|known| names.iter().position(|name| known.contains(&name.as_str())))
 }
 
 /// Whether the first of four or more columns counts the rows: 1, 2, 3, ...
