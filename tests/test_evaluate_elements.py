@@ -226,6 +226,11 @@ def test_what_a_truth_does_not_hold_is_not_scored():
     assert (report["doors"], report["windows"], report["rooms"], report["thickness"]) == (None, None, None, None)
 
 
+def test_a_plan_without_doors_as_truth_holds_none():
+    plan = Drawing((storey(doors=(opening(1, 0, 0.9),)),))
+    assert evaluate(plan, Drawing((storey(),))).to_json()["pooled"]["doors"] is None
+
+
 def test_what_a_plan_cannot_hold_is_not_scored_but_what_it_missed_is():
     truth = Drawing((storey(doors=(opening(1, 0, 0.9),)),), frozenset({"doors"}))
     assert evaluate(Drawing((storey(),), frozenset()), truth).to_json()["pooled"]["doors"] is None

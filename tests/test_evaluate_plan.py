@@ -54,6 +54,16 @@ def test_observed_truth_is_seen_from_inside():
     assert everything.recall == pytest.approx(12 / 12.09)
 
 
+def test_segments_tell_where_each_part_went():
+    plan = plan_of((0.0, [(4.5, 0.01, 1, 0.01), (0, -0.31, 4, -0.31)]))
+    first, second = evaluate(plan, truth_of((0.0, ROOM, []))).storeys[0].segments()
+    assert (first["truth"], first["observed"], first["all"]) == (0, True, True)
+    assert (first["start"], first["end"]) == (pytest.approx(0.5), pytest.approx(3.5))
+    assert (first["truth_start"], first["truth_end"]) == (pytest.approx(1), pytest.approx(4))
+    assert first["distance"] == pytest.approx(0.01)
+    assert (second["truth"], second["observed"], second["all"]) == (1, False, True)
+
+
 def test_jambs_are_ignored_by_both():
     truth = truth_of((0.0, ROOM[:1], [(0, 0, 0, 0.2)]))
     result = evaluate(plan_of((0.0, [(0, 0, 4, 0), (0.01, 0, 0.01, 0.2)])), truth)

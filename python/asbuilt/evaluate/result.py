@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -71,6 +72,32 @@ class StoreyEvaluation:
     truth: DrawingStorey | None
     associations: Associations
     scores: Scores
+
+    def segments(self) -> list[dict[str, Any]]:
+        """The associated parts one by one, from which plots and totals can be redone; empty without any.
+
+        Each has `detected` (the face's id), `truth` (row of `truth.truth_lines`), `start` and `end` along the
+        detection and `truth_start` and `truth_end` along the truth (m), `distance` (m), `angle_deg`, and for either
+        truth set whether it counts (else it associates with *ignore*).
+        """
+        if self.plan is None or self.truth is None:
+            return []
+        in_use = {which: self.truth.in_use(which) for which in TRUTH_SETS}
+        found = self.associations
+        return [
+            {
+                "detected": self.plan.faces[found.detected[i]].id,
+                "truth": int(found.truth[i]),
+                "start": float(found.start[i]),
+                "end": float(found.end[i]),
+                "truth_start": float(found.truth_start[i]),
+                "truth_end": float(found.truth_end[i]),
+                "distance": float(found.distance[i]),
+                "angle_deg": math.degrees(found.angle[i]),
+                **{which: bool(in_use[which][found.truth[i]]) for which in TRUTH_SETS},
+            }
+            for i in range(len(found))
+        ]
 
     def to_json(self) -> dict[str, Any]:
         """Measures of this storey; `index` and `floor` are the truth's, `plan_index` the plan's, None without one."""

@@ -61,7 +61,9 @@ def evaluate(
         if unknown:
             raise ParameterError(f"storey {unknown[0]} is not in the truth; it has {known}")
         matches = [(mine, other) for mine, other in matches if other is not None and other.index in storeys]
-    scored = plan.holds & truth.holds
+    # an empty list in every storey means that this truth was not made
+    made = {kind for kind in truth.holds if any(getattr(storey, kind) for storey in truth)}
+    scored = plan.holds & made
     return Evaluation(
         tuple(_evaluate_storey(mine, other, scored, max_distance, max_angle_deg) for mine, other in matches),
         parameters={
