@@ -83,13 +83,16 @@ def test_plan_writes_each_format_and_says_what_it_found(room, run, tmp_path):
 def test_options_reach_the_parameters_and_the_plan_file(room, run, tmp_path):
     path = tmp_path / "plan.geojson"
     said = ["--preset", "paper", "-k", 2, "--hough", "batch", "--fill-gap", 0.5, "--min-length", 0.3, "--snap-deg", 3]
-    code, _, err = run("plan", room, "-o", path, *said, "--slices", 5, "--crs", "EPSG:25832")
+    code, _, err = run(
+        "plan", room, "-o", path, *said, "--slices", 5, "--crs", "EPSG:25832", "--set", "lines.rho_step=0.5"
+    )
     assert code == 0, err
     plan = asbuilt.load_plan(path)
     assert plan.crs == "EPSG:25832"
     assert plan.parameters["preset_name"] == "paper"
     assert plan.parameters["cross_sections"]["count"] == 5
     lines = plan.parameters["lines"]
+    assert lines["rho_step"] == 0.5
     assert (lines["sigmas"], lines["method"], lines["fill_gap"], lines["min_length"]) == (2, "batch", 0.5, 0.3)
     assert plan.parameters["orientation"]["snap"] == pytest.approx(np.radians(3))
 
@@ -144,8 +147,9 @@ def test_a_bad_input_is_one_line_that_names_the_file(command, name, content, roo
     [
         ["--unit", "mile"], ["--up", "w"], ["--crs", "25832"], ["--preset", "best"], ["--storey", 7],
         ["--fill-gap", -1], ["--hough", "both"], ["--slices", 0], ["--band", 2, 1], ["--cross-sections", "some"],
+        ["--set", "rho=1"], ["--set", "lines.rho=1"], ["--set", "no.rho=1"], ["--set", "lines.rho_step=wide"],
     ],
-    ids=lambda wrong: wrong[0],
+    ids=lambda wrong: " ".join(map(str, wrong)),
 )  # fmt: skip
 def test_a_bad_argument_is_one_line_and_leaves_no_output(wrong, room, run, tmp_path):
     code, _, err = run("plan", room, "-o", tmp_path / "plan.dxf", *wrong)

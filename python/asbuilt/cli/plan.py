@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from pathlib import Path
@@ -68,6 +69,9 @@ def plan_command(
     ] = None,
     slices: Annotated[int | None, _method("N", "How many slices that hold least (5.3).")] = None,
     band: Annotated[tuple[float, float] | None, _method("LOW HIGH", "The band, metres above the floor (5.3).")] = None,
+    settings: Annotated[
+        list[str] | None, _method("STAGE.NAME=VALUE", "Any other parameter, such as lines.rho_step=0.5.", "--set")
+    ] = None,
 ) -> None:
     """Draw the floor plan of registered laser scans.
 
@@ -109,6 +113,9 @@ def plan_command(
         },
         "orientation": {"snap": None if snap_deg is None else math.radians(snap_deg)},
     }
+    for setting in settings or ():
+        stage, name, value = _split_setting(setting)
+        changes.setdefault(stage, {})[name] = value
     parameters = _parameters(preset, changes)
     _check_crs(crs)
 
@@ -119,7 +126,8 @@ def plan_command(
         evidence = asbuilt.gather_evidence(
             cloud, parameters.evidence, threads=threads, progress=progress, skip_bad=skip_bad
         )
-    plan = asbuilt.extract_floor_plan(evidence, parameters, storey=storey, crs=crs)
+    with progress_bar("finding storeys and walls"):
+        plan = asbuilt.extract_floor_plan(evidence, parameters, storey=storey, crs=crs)
     written = [path for target in output for path in export(plan, target, evidence)]
 
     _print_summary(plan, evidence.points, len(evidence.inputs), written)
@@ -142,6 +150,18 @@ def _parameters(preset: str, changes: dict[str, dict[str, Any]]) -> Parameters:
         stage: {name: value for name, value in given.items() if value is not None} for stage, given in changes.items()
     }
     return Parameters.preset(preset).replace(**{stage: given for stage, given in said.items() if given})
+
+
+def _split_setting(setting: str) -> tuple[str, str, Any]:
+    """``lines.rho_step=0.5`` as its parts; the value as JSON reads it, else as text."""
+    found = re.fullmatch(r"(\w+)\.(\w+)=(.+)", setting)
+    if found is None:
+        raise ParameterError(f"--set {setting!r}: expected STAGE.NAME=VALUE, such as lines.rho_step=0.5")
+    stage, name, value = found.groups()
+    try:
+        return stage, name, json.loads(value)
+    except ValueError:
+        return stage, name, value
 
 
 def _check_crs(crs: str | None) -> None:
