@@ -1,0 +1,318 @@
+//! Damaged and hostile files: every reader answers with points or with an error, soon, and within little memory.
+#![allow(unsafe_code, reason = "an allocator that counts can only be written with it")]
+
+mod read_support;
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+use asbuilt_core::Error;
+use asbuilt_core::read::{formats, open};
+use read_support::{data, fixtures, read, scratch, write};
+
+/// Remembers how much was allocated at most.
+struct Counting;
+
+static NOW: AtomicUsize = AtomicUsize::new(0);
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: hands every call on to the system's allocator, unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        PEAK.fetch_max(NOW.fetch_add(layout.size(), Relaxed) + layout.size(), Relaxed);
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        NOW.fetch_sub(layout.size(), Relaxed);
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Tests that measure memory run one after the other.
+static ALONE: Mutex<()> = Mutex::new(());
+
+/// More than any reader needs for a file of a few kilobytes.
+const BOUND: usize = 48 << 20;
+
+/// Read a file, whatever comes of it, and complain if that took much memory or a message of more than a line.
+fn survives(path: &Path) -> Result<usize, Error> {
+    let before = NOW.load(Relaxed);
+    PEAK.store(before, Relaxed);
+    let outcome = read(path).map(|cloud| cloud.points.len());
+    let used = PEAK.load(Relaxed) - before;
+    assert!(used < BOUND, "{}: {used} bytes", path.display());
+    if let Err(error) = &outcome {
+        assert!(!error.to_string().contains('\n'), "{error}");
+    }
+    outcome
+}
+
+/// A fixed sequence of numbers that look random.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        self.0
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+}
+
+/// Variants of each file: few enough for every day, or as many as `FUZZ_ROUNDS` says.
+fn rounds() -> usize {
+    std::env::var("FUZZ_ROUNDS").ok().and_then(|rounds| rounds.parse().ok()).unwrap_or(10)
+}
+
+/// Fixtures that are read in no time, so that thousands of variants can be.
+fn small_fixtures() -> impl Iterator<Item = read_support::Fixture> {
+    fixtures().into_iter().filter(|fixture| !["grid", "packets"].contains(&fixture.points.as_str()))
+}
+
+fn alone() -> std::sync::MutexGuard<'static, ()> {
+    // A decoder's panic is caught and is no news.
+    std::panic::set_hook(Box::new(|info| {
+        if info.location().is_some_and(|place| !place.file().contains("/laz-")) {
+            eprintln!("{info}");
+        }
+    }));
+    ALONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+}
+
+#[test]
+fn truncated_files_are_refused_or_give_what_is_left() {
+    let _alone = alone();
+    let mut numbers = Numbers(0xc07);
+    for fixture in small_fixtures() {
+        let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
+        let path = scratch(&format!("cut_{}", fixture.name));
+        // Other places in each file: all together, every byte of the headers and many behind them.
+        let step = (200 / rounds()).max(1);
+        let cuts = (numbers.below(step)..bytes.len().min(500)).step_by(step);
+        let cuts = cuts.chain((500..bytes.len()).step_by(bytes.len() / rounds()));
+        for cut in cuts {
+            std::fs::write(&path, &bytes[..cut]).unwrap();
+            let outcome = survives(&path);
+            let is_text = fixture.name.starts_with("text_") && !fixture.name.ends_with("ptx");
+            // Elements behind the points (faces), a trailing chunk table or XML may go missing with the points whole.
+            if !is_text && cut < bytes.len() / 3 && !fixture.name.contains("no_") {
+                assert!(outcome.is_err(), "{} cut at {cut} of {} was read", fixture.name, bytes.len());
+            }
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+#[test]
+fn flipped_bytes_do_no_harm() {
+    let _alone = alone();
+    let mut numbers = Numbers(0x5eed);
+    for fixture in small_fixtures() {
+        let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
+        let path = scratch(&format!("flipped_{}", fixture.name));
+        for _ in 0..rounds() {
+            let mut damaged = bytes.clone();
+            // Most flips in the first bytes, where headers are.
+            for _ in 0..=numbers.below(4) {
+                let end = if numbers.below(3) > 0 { damaged.len().min(600) } else { damaged.len() };
+                let place = numbers.below(end);
+                damaged[place] = match numbers.below(3) {
+                    0 => 0xff,
+                    1 => damaged[place] ^ (1 << numbers.below(8)),
+                    _ => numbers.next() as u8,
+                };
+            }
+            std::fs::write(&path, &damaged).unwrap();
+            let _ = survives(&path);
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+/// E57 pages with the checksums made right again, so that damage gets past them.
+fn with_checksums(mut bytes: Vec<u8>) -> Vec<u8> {
+    for page in bytes.chunks_exact_mut(1024) {
+        let checksum = crc32c::crc32c(&page[..1020]).to_be_bytes();
+        page[1020..].copy_from_slice(&checksum);
+    }
+    bytes
+}
+
+#[test]
+fn damaged_e57_with_right_checksums_does_no_harm() {
+    let _alone = alone();
+    let mut numbers = Numbers(0xe57);
+    for fixture in fixtures().into_iter().filter(|fixture| fixture.name.ends_with(".e57")) {
+        let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
+        let path = scratch(&format!("checked_{}", fixture.name));
+        for _ in 0..4 * rounds() {
+            let mut damaged = bytes.clone();
+            for _ in 0..=numbers.below(4) {
+                let start = if numbers.below(2) == 0 { 48 } else { 0 };
+                let place = start + numbers.below(damaged.len() - start);
+                damaged[place] = match numbers.below(3) {
+                    0 => b'9',
+                    1 => damaged[place] ^ (1 << numbers.below(8)),
+                    _ => numbers.next() as u8,
+                };
+            }
+            std::fs::write(&path, with_checksums(damaged)).unwrap();
+            let _ = survives(&path);
+        }
+        std::fs::remove_file(path).unwrap();
+    }
+}
+
+/// The message of the error that reading a file must end in.
+fn message(path: &Path) -> String {
+    match survives(path) {
+        Ok(points) => panic!("{}: {points} points were read", path.display()),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn absurd_promises_are_refused_at_once() {
+    let _alone = alone();
+    // LAS that promises 2^60 points.
+    let mut las = std::fs::read(data().join("las14_format6.las")).unwrap();
+    las[247..255].copy_from_slice(&(1u64 << 60).to_le_bytes());
+    assert!(message(&write("promise.las", &las)).contains("promises 1152921504606846976 points, the file holds 150"));
+    let mut laz = std::fs::read(data().join("las14_format6.laz")).unwrap();
+    laz[247..255].copy_from_slice(&(1u64 << 60).to_le_bytes());
+    assert!(message(&write("promise.laz", &laz)).contains("promises"));
+    // E57 that promises 10^15 points.
+    let e57 = std::fs::read(data().join("e57_double.e57")).unwrap();
+    let at = e57.windows(17).position(|w| w == b"recordCount=\"50\" ".as_slice());
+    if let Some(at) = at {
+        let mut e57 = e57.clone();
+        e57[at..at + 17].copy_from_slice(b"recordCount=\"99\" ");
+        assert!(message(&write("promise.e57", &with_checksums(e57))).contains("cut short"));
+    }
+    let ply = "ply\nformat binary_little_endian 1.0\nelement vertex 1152921504606846976\nproperty float x\nproperty float y\n\
+               property float z\nend_header\n0000";
+    assert!(message(&write("promise.ply", ply.as_bytes())).contains("cut short"));
+    let ply = ply.replace("vertex", "strip").replace("float x", "list int int x")
+        + "element vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    assert!(!message(&write("promise_list.ply", ply.replace("end_header\n0000", "").as_bytes())).is_empty());
+    let ascii = "ply\nformat ascii 1.0\nelement vertex 1152921504606846976\nproperty float x\nproperty float y\n\
+                 property float z\nend_header\n1 2 3\n";
+    assert!(message(&write("promise_ascii.ply", ascii.as_bytes())).contains("cut short"));
+    for kind in ["ascii", "binary", "binary_compressed"] {
+        let pcd = format!(
+            "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 1152921504606846976\n\
+             HEIGHT 1\nPOINTS 1152921504606846976\nDATA {kind}\n1 2 3\n"
+        );
+        assert!(message(&write("promise.pcd", pcd.as_bytes())).contains("cut short"), "{kind}");
+    }
+    assert!(message(&write("promise.pts", b"1152921504606846976\n1 2 3\n")).contains("promises"));
+    let ptx = "999999999\n999999999\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0.5\n";
+    assert!(message(&write("promise.ptx", ptx.as_bytes())).contains("cut short"));
+}
+
+#[test]
+fn bombs_stay_small() {
+    let _alone = alone();
+    // A compressed PCD whose block repeats one byte over and over: three bytes make 264.
+    let block = [0u8, 0].iter().copied().chain([0xe0, 0xff, 0].into_iter().cycle().take(30_000)).collect::<Vec<_>>();
+    let points = 200_000_000u32;
+    let mut pcd = format!(
+        "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH {points}\nHEIGHT 1\nDATA binary_compressed\n"
+    )
+    .into_bytes();
+    pcd.extend((block.len() as u32).to_le_bytes());
+    pcd.extend((points * 12).to_le_bytes());
+    pcd.extend(&block);
+    assert!(!message(&write("bomb.pcd", &pcd)).is_empty());
+    // One endless line.
+    let line = vec![b'1'; 4 << 20];
+    assert!(!message(&write("line.xyz", &line)).is_empty());
+    let mut late = b"1 2 3\n".repeat(20_000);
+    late.extend(vec![b' '; 2 << 20]);
+    assert!(message(&write("late_line.xyz", &late)).contains("line of more than"));
+    // XML whose entities grow.
+    let mut e57 = std::fs::read(data().join("e57_double.e57")).unwrap();
+    let at = e57.windows(5).position(|w| w == b"<?xml").unwrap();
+    let bomb = b"<!DOCTYPE b [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;&a;&a;&a;&a;\"><!ENTITY c \"&b;&b;&b;&b;&b;&b;&b;\"><!ENTITY d \"&c;&c;&c;&c;&c;&c;\">]><e57Root>&d;&d;&d;</e57Root>";
+    let end = (at + bomb.len()).min(e57.len());
+    e57[at..end].copy_from_slice(&bomb[..end - at]);
+    assert!(!message(&write("bomb.e57", &with_checksums(e57))).is_empty());
+}
+
+#[test]
+fn messages_say_what_was_found() {
+    let _alone = alone();
+    let says = |path: &Path, words: &str| {
+        let message = message(path);
+        assert!(message.contains(words), "{message}");
+        assert!(message.starts_with(&path.display().to_string()), "{message}");
+    };
+    says(&write("house.laz", b"1 2 3\n"), "expected LAS (first bytes LASF), found text");
+    says(&write("house.e57", b"\x00\x01\x02"), "expected E57 (first bytes ASTM-E57), found unknown binary data");
+    says(&write("empty.e57", b""), "empty file");
+    says(&std::env::temp_dir(), "found a directory");
+    says(Path::new("/no/such/file.las"), "No such file");
+    says(&write("house.dwg", b"AC1032"), "known suffixes are las, laz, e57, ply, pcd, ptx, pts, xyz");
+    says(&write("house.txt", b"\xff\xfe1\x00 \x002\x00"), "UTF-16");
+    says(&write("house.csv", b"lat;lon;name\n1;2;3\n4;5;6\n"), "expected columns x, y, z, found lat, lon, name");
+    says(&write("words.xyz", b"no numbers here\n"), "expected rows of x, y, z, found \"no numbers here\"");
+    says(&write("stray.xyz", b"1 2 3\n4 5 six\n7 8 9\n"), "expected x, y, z at byte 6, found \"4 5 six\"");
+    says(&write("grid.asc", b"ncols 3\nnrows 2\n1 2 3\n4 5 6\n"), "raster");
+    says(&write("short.pts", b"5\n100.0 200.0 300.0\n400.0 500.0 600.0\n"), "promises 5 points, the file holds 2");
+    let e57 = std::fs::read(data().join("e57_double.e57")).unwrap();
+    says(&write("cut.e57", &e57[..e57.len() - 1024]), "cut short");
+    let mut flipped = e57.clone();
+    flipped[200] ^= 1;
+    says(&write("flipped.e57", &flipped), "checksum of page 0 is wrong");
+    let named_las = scratch("really.txt");
+    std::fs::copy(data().join("las12_format3.las"), &named_las).unwrap();
+    says(&named_las, "expected XYZ text, found LAS");
+}
+
+#[test]
+fn content_decides_where_the_suffix_says_nothing() {
+    let _alone = alone();
+    for name in ["las12_format3.laz", "e57_double.e57", "ply_meshio_binary.ply", "pcd_open3d_binary.pcd"] {
+        let path = scratch(&format!("no_suffix_{}", name.replace('.', "_")));
+        std::fs::copy(data().join(name), &path).unwrap();
+        assert_eq!(survives(&path).unwrap(), 150);
+        let shouting = scratch(&name.to_uppercase());
+        std::fs::copy(data().join(name), &shouting).unwrap();
+        assert_eq!(survives(&shouting).unwrap(), 150);
+    }
+    assert!(formats().iter().all(|(_, suffixes)| suffixes.iter().all(|s| *s == s.to_lowercase())));
+}
+
+#[test]
+fn a_file_that_shrinks_while_it_is_read_is_an_error() {
+    let _alone = alone();
+    for name in [
+        "las12_format3.las",
+        "las14_format7.laz",
+        "e57_double.e57",
+        "ply_open3d_binary_double.ply",
+        "ply_open3d_ascii.ply",
+        "pcd_open3d_binary.pcd",
+        "pcd_open3d_compressed.pcd",
+        "text_one_block.pts",
+        "text_two_scans.ptx",
+        "text_cloudcompare.txt",
+    ] {
+        let path = scratch(&format!("shrinks_{name}"));
+        std::fs::copy(data().join(name), &path).unwrap();
+        let source = open(&path).unwrap();
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(700).unwrap();
+        let failed = (0..source.parts()).any(|part| source.read(part, &mut |_| Ok(())).is_err());
+        assert!(failed, "{name}");
+    }
+}
