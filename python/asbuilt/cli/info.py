@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -89,6 +90,7 @@ def _header_scans(header: dict[str, Any]) -> list[tuple[str, tuple[float, float,
 
 def _print_scans(scans: list[Any], every: bool) -> None:
     """Each scan as (key, position or None, points or None)."""
+    scans = sorted(scans, key=lambda scan: [int(p) if p.isdigit() else p for p in re.split(r"(\d+)", scan[0])])  # 2, 10
     posed = sum(position is not None for _, position, _ in scans)
     print(f"{len(scans)} {'scan' if len(scans) == 1 else 'scans'}, {posed} with the scanner's position")
     for key, position, points in scans if every else scans[:_LISTED]:

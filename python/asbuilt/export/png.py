@@ -56,7 +56,7 @@ def write(plan: FloorPlan, storey: Storey | None, path: Path, evidence: Evidence
 
 
 def _bounds(plan: FloorPlan, density: tuple[NDArray[np.float64], Bounds] | None) -> Bounds:
-    """The plan and all but the outermost thousandth of the points: what the plan missed must be seen as well."""
+    """The plan and all but the outermost percent of the points: what the plan missed must be seen as well."""
     boxes = [box for box in (plan_bounds(plan),) if box is not None]
     if density is not None and density[0].sum() > 0:
         image, (x0, x1, y0, y1) = density
@@ -71,9 +71,9 @@ def _bounds(plan: FloorPlan, density: tuple[NDArray[np.float64], Bounds] | None)
 
 
 def _bulk(sums: NDArray[np.float64]) -> tuple[float, float]:
-    """First and last place, as shares of the length, between which all but a thousandth at each end lies."""
+    """First and last place, as shares of the length, between which all but 0.5 % at each end lies."""
     shares = np.cumsum(sums) / np.sum(sums)
-    first, last = np.searchsorted(shares, (0.001, 0.999))
+    first, last = np.searchsorted(shares, (0.005, 0.995))
     return float(first / len(sums)), float((last + 1) / len(sums))
 
 
