@@ -6,6 +6,7 @@ section 3.
 """
 
 from asbuilt.cross_sections import select_cross_sections
+from asbuilt.density import density_image
 from asbuilt.errors import AsBuiltError, InputError, MissingExtraError, OutputError, ParameterError
 from asbuilt.evidence import Evidence, evidence_from_points, gather_evidence
 from asbuilt.ground import ground_plane_histogram, threshold_cells
@@ -32,6 +33,7 @@ __all__ = [
     "PointCloud",
     "Storey",
     "WallFace",
+    "density_image",
     "detect_lines",
     "dominant_orientations",
     "evidence_from_points",

@@ -155,6 +155,40 @@ class RefineParameters:
 
 
 @dataclass(frozen=True)
+class WallParameters:
+    """Walls by the vertical profile of each cell; not in the paper.
+
+    Attributes
+    ----------
+    min_profile : cells with less height filled take no part in the search for lines, m. Larger is faster and misses
+        walls that are mostly hidden.
+    band : voxels within this distance of a line belong to it, m. Larger stands more noise, and merges faces that lie
+        closer together than twice as much.
+    trace_gap : a line is followed across gaps up to this, m.
+    bridge : pieces of one plane with a gap up to this may be one wall, if what lies between can be hidden wall, m.
+    closing : gaps between scan lines up to this are filled when an elevation is read, m.
+    min_score, drop : a run of steps is a wall if its score reaches `min_score`; it ends where the score falls by
+        `drop` below its highest.
+    extend, trim : a face is drawn out to a corner by up to `extend`, and cut back to one by up to `trim`, m.
+    min_length : shorter faces are not drawn, m.
+    """
+
+    min_profile: float = 0.4
+    band: float = 0.03
+    trace_gap: float = 0.7
+    bridge: float = 4.5
+    closing: float = 0.45
+    min_score: float = 4.0
+    drop: float = 5.0
+    extend: float = 2.0
+    trim: float = 0.8
+    min_length: float = 0.1
+
+    def __post_init__(self) -> None:
+        _check(0 < self.band < 0.2, "walls.band", self.band, "a length in (0, 0.2) m")
+
+
+@dataclass(frozen=True)
 class Parameters:
     """All parameters of a run.
 
@@ -172,6 +206,7 @@ class Parameters:
     lines: LineParameters = field(default_factory=LineParameters)
     orientation: OrientationParameters = field(default_factory=OrientationParameters)
     refine: RefineParameters = field(default_factory=RefineParameters)
+    walls: WallParameters = field(default_factory=WallParameters)
 
     @classmethod
     def preset(cls, name: str = "default") -> Parameters:

@@ -6,18 +6,23 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from asbuilt.corners import close_corners
 from asbuilt.cross_sections import select_cross_sections
+from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence, gather_evidence
+from asbuilt.faces import drop_doubles, find_faces, measure_faces, score_steps, snap_to_jambs
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import ground_plane_histogram
 from asbuilt.lines import detect_lines
 from asbuilt.orientation import dominant_orientations, snap_to
 from asbuilt.params import Parameters
 from asbuilt.plan import FloorPlan, Storey, WallFace
+from asbuilt.profiles import columns, storey_voxels
 from asbuilt.read import PathLike, PointCloud, read
 from asbuilt.refine import fit_to_cells, merge_collinear
 from asbuilt.storeys import Level, drop_strays, find_storeys
+from asbuilt.wall_lines import find_wall_lines
 
 Source = Evidence | PointCloud | PathLike | Sequence[PathLike]
 
@@ -60,10 +65,34 @@ def extract_floor_plan(
     elif storey is not None:
         if not 0 <= storey < len(levels):
             raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
-        levels = [levels[storey]]
-    plan_storey = _plan_by_the_paper
-    storeys = [plan_storey(source, level, parameters, notes) for level in levels]
+    wanted = [
+        (level, levels[level.index + 1] if level.index + 1 < len(levels) else None)
+        for level in levels
+        if storey is None or level.index == storey
+    ]
+    by_paper = parameters.method == "paper"
+    storeys = [
+        _plan_by_the_paper(source, level, parameters, notes)
+        if by_paper
+        else _plan_by_profiles(source, level, above, parameters, notes)
+        for level, above in wanted
+    ]
     return FloorPlan(tuple(storeys), parameters.as_dict(), source.inputs, crs or source.crs, tuple(notes))
+
+
+def _plan_by_profiles(
+    evidence: Evidence, level: Level, above: Level | None, parameters: Parameters, notes: list[str]
+) -> Storey:
+    """Not in the paper: walls by what stands from floor to ceiling, fitted to the points."""
+    voxels = storey_voxels(evidence, level, above)
+    lines = find_wall_lines(columns(voxels), voxels, parameters.walls)
+    elevations = draw_elevations(lines, voxels)
+    scores = score_steps(elevations, parameters.walls)
+    faces = snap_to_jambs(drop_doubles(find_faces(elevations, scores, parameters.walls)), voxels)
+    faces = close_corners(faces, elevations, scores, parameters.walls)
+    if not faces:
+        notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
+    return Storey(level.index, level.floor, level.ceiling, None, measure_faces(faces, voxels, level.index))
 
 
 def _plan_by_the_paper(evidence: Evidence, level: Level, parameters: Parameters, notes: list[str]) -> Storey:

@@ -1,0 +1,154 @@
+"""Faces that meet in corners, exactly (the paper's future "final pass"; not in the paper).
+
+With its room on the left of each face, the faces around a room follow one another: one's end is the next one's start,
+at a corner of the room or around a corner of a wall. A face is drawn out to a corner where what lies between may be
+hidden, and cut where another wall stands against it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asbuilt.elevations import MARGIN, Elevations
+from asbuilt.faces import Face
+from asbuilt.grid import FloatArray
+from asbuilt.params import WallParameters
+
+_MAX_THICKNESS = 0.7
+"""A wall that stands against a face hides no more of it than this, m."""
+_MAX_COST = 1.2
+"""Faces further than this from a corner, in all, do not meet there, m."""
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two faces and where their lines cross: `beyond` (m) is how far the corner lies past the end of the one and the
+    start of the other.
+    """
+
+    first: int
+    second: int
+    corner: FloatArray
+    beyond: tuple[float, float]
+    cost: float
+
+
+def close_corners(
+    faces: list[Face], elevations: Elevations, scores: FloatArray, parameters: WallParameters
+) -> list[Face]:
+    """Cut faces where walls stand against them, and let ends and starts meet."""
+    faces = cut_at_walls(faces)
+    ends: set[int] = set()
+    starts: set[int] = set()
+    closed = list(faces)
+    for meeting in sorted(find_meetings(faces, elevations, scores, parameters), key=lambda m: (m.cost, m.first)):
+        i, j = meeting.first, meeting.second
+        if meeting.cost > _MAX_COST or i in ends or j in starts or faces[i].fixed[1] or faces[j].fixed[0]:
+            continue
+        ends.add(i)
+        starts.add(j)
+        closed[i] = replace(closed[i], end=meeting.corner, fixed=(closed[i].fixed[0], True))
+        closed[j] = replace(closed[j], start=meeting.corner, fixed=(True, closed[j].fixed[1]))
+    return [
+        after
+        for before, after in zip(faces, closed, strict=True)
+        if after.length >= parameters.min_length
+        and float(before.along @ after.along) > 0
+        and (any(after.fixed) or after.length >= 0.5)
+    ]
+
+
+def find_meetings(
+    faces: list[Face], elevations: Elevations, scores: FloatArray, parameters: WallParameters
+) -> list[Meeting]:
+    """Pairs of faces of which one can end where the other starts."""
+    if not faces:
+        return []
+    start, end, along, length = _arrays(faces)
+    meetings = []
+    for i, face in enumerate(faces):
+        cross, on_first, on_second = _crossings(start, along, i)
+        beyond_end, beyond_start = on_first - length[i], -on_second
+        near = np.abs(cross) > 0.26
+        for beyond in (beyond_end, beyond_start):
+            near &= (beyond > -parameters.trim) & (beyond < parameters.extend)
+        near &= (on_first > 0.03) & (on_second < length - 0.03)
+        for j in np.flatnonzero(near):
+            reach = (float(beyond_end[j]), float(beyond_start[j]))
+            cost = _cost(face, reach[0], True, elevations, scores) + _cost(faces[j], reach[1], False, elevations, scores)
+            meetings.append(Meeting(i, int(j), start[i] + on_first[j] * along[i], reach, cost))
+    return meetings
+
+
+def cut_at_walls(faces: list[Face]) -> list[Face]:
+    """Cut each face where both faces of another wall stand against it: what lies between them is that wall's body."""
+    if not faces:
+        return []
+    start, end, along, length = _arrays(faces)
+    fixed_start: dict[int, FloatArray] = {}
+    fixed_end: dict[int, FloatArray] = {}
+    pieces: list[Face] = []
+    origins: list[int] = []
+    for i, face in enumerate(faces):
+        cross, on_first, on_second = _crossings(start, along, i)
+        inside = (on_first > 0.05) & (on_first < length[i] - 0.05)
+        # Where a face starts on this one, this room ends; where one ends on it, the next room begins.
+        starting = np.flatnonzero(inside & (cross > 0.26) & (np.abs(on_second) < 0.3))
+        ending = np.flatnonzero(inside & (cross < -0.26) & (np.abs(on_second - length) < 0.3))
+        place, fixed = 0.0, False
+        rest = face
+        for j in starting[np.argsort(on_first[starting], kind="stable")]:
+            body = on_first[ending] - on_first[j]
+            within = (body > 0.02) & (body < _MAX_THICKNESS)
+            if on_first[j] <= place + 0.05 or not within.any():
+                continue
+            k = ending[within][np.argmin(body[within])]
+            corner, next_corner = (start[i] + on_first[m] * along[i] for m in (j, k))
+            pieces.append(replace(rest, end=corner, fixed=(fixed, True)))
+            origins.append(i)
+            fixed_start[int(j)], fixed_end[int(k)] = corner, next_corner
+            place, fixed = float(on_first[k]), True
+            rest = replace(face, start=next_corner)
+        pieces.append(replace(rest, fixed=(fixed, False)))
+        origins.append(i)
+    for n, (piece, i) in enumerate(zip(pieces, origins, strict=True)):
+        if i in fixed_start and not piece.fixed[0] and np.array_equal(piece.start, faces[i].start):
+            piece = replace(piece, start=fixed_start[i], fixed=(True, piece.fixed[1]))
+        if i in fixed_end and not piece.fixed[1] and np.array_equal(piece.end, faces[i].end):
+            piece = replace(piece, end=fixed_end[i], fixed=(piece.fixed[0], True))
+        pieces[n] = piece
+    return [piece for piece in pieces if piece.length > 0.05]
+
+
+def _arrays(faces: list[Face]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    start = np.array([face.start for face in faces])
+    end = np.array([face.end for face in faces])
+    length = np.maximum(np.hypot(*(end - start).T), 1e-12)
+    return start, end, (end - start) / length[:, None], length
+
+
+def _crossings(start: FloatArray, along: FloatArray, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where line i crosses all lines: sine of the angle from i to them, and the place on i and on each of them, m."""
+    cross = along[i, 0] * along[:, 1] - along[i, 1] * along[:, 0]
+    apart = start - start[i]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        on_first = (apart[:, 0] * along[:, 1] - apart[:, 1] * along[:, 0]) / cross
+        on_second = (apart[:, 0] * along[i, 1] - apart[:, 1] * along[i, 0]) / cross
+    return cross, on_first, on_second
+
+
+def _cost(face: Face, beyond: float, at_end: bool, elevations: Elevations, scores: FloatArray) -> float:
+    """What it takes to draw a face out by `beyond` m, or to cut it back: length, and length that speaks against it."""
+    start = elevations.lines[face.line, :2]
+    along = (elevations.lines[face.line, 2:] - start) / np.hypot(*(elevations.lines[face.line, 2:] - start))
+    tip = face.end if at_end else face.start
+    moved = tip + (beyond if at_end else -beyond) * face.along
+    low, high = sorted((float((tip - start) @ along), float((moved - start) @ along)))
+    first = elevations.first[face.line]
+    count = elevations.first[face.line + 1] - first
+    steps = np.clip(((np.array([low, high]) + MARGIN) / elevations.step).astype(np.int64), 0, count)
+    passed = scores[first + steps[0] : first + steps[1]]
+    against = 1.5 * (passed < -1).sum() if beyond > 0 else (passed > 0.8).sum()
+    return 0.35 * abs(beyond) + float(against) * elevations.step

@@ -1,0 +1,221 @@
+"""The elevation of each wall line: what was seen on its plane, before it and behind it (not in the paper).
+
+An elevation is the drawing of a wall seen from the front. Each line is cut into steps of a voxel; each step keeps
+which heights are filled on the plane, and whether floor, ceiling or low things come close on either side. That is what
+tells a wall from a cupboard (over which the ceiling goes on), from a door (behind whose plane the floor goes on, or a
+leaf stands), and a hidden stretch (where nothing is known) from a gap.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from asbuilt import _core
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.profiles import StoreyVoxels
+
+BoolArray = NDArray[np.bool_]
+
+MARGIN = 2.0
+"""An elevation goes on beyond the ends of its line, m."""
+ON_PLANE = 0.03
+"""Voxels whose mean lies this near are on the plane, m."""
+_DEPTH = 0.35
+"""How far before and behind the plane is looked, m."""
+_LOW = (0.1, 0.6)
+"""Heights at which an opening shows what stands in it and a window does not, m."""
+_NEAR = (0.03, 0.13)
+"""Floor and ceiling this far before the plane belong to the room that sees it, m."""
+_UPPER = (0.45, 0.1)
+"""The upper zone of a wall: from and to this far below the ceiling, m."""
+
+
+@dataclass(frozen=True)
+class Elevations:
+    """Steps along lines, line after line.
+
+    Attributes
+    ----------
+    lines : (n, 4) m from the storey's origin.
+    first : (n + 1,) where each line's steps begin.
+    step : length of a step, m.
+    left : (m,) whether the room that sees the plane is on the left of the line.
+    upper, lower, whole : (m,) share of the heights filled on the plane: in the upper zone, from 0.15 to 1.9 m, and
+        from 0.15 m to the ceiling.
+    front : (m,) 0..2; how much of floor and ceiling reaches the plane from the front.
+    ceiling_behind, floor_behind : (m,) 0..1; how much of them goes on just behind the plane.
+    low_behind : (m,) 0..1; whether low things stand just behind the plane, where a wall's body would be.
+    """
+
+    lines: FloatArray
+    first: IntArray
+    step: float
+    left: BoolArray
+    upper: FloatArray
+    lower: FloatArray
+    whole: FloatArray
+    front: FloatArray
+    ceiling_behind: FloatArray
+    floor_behind: FloatArray
+    low_behind: FloatArray
+
+    def position(self, line: int) -> FloatArray:
+        """Middle of each step along a line, m from its start."""
+        return (np.arange(self.first[line + 1] - self.first[line]) + 0.5) * self.step - MARGIN
+
+
+def draw_elevations(lines: FloatArray, voxels: StoreyVoxels) -> Elevations:
+    """The elevations of lines (n, 4), m from the storey's origin."""
+    step = voxels.voxel
+    length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    counts = np.ceil((length + 2 * MARGIN) / step).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    total = int(first[-1])
+    line_of = np.repeat(np.arange(len(lines)), counts)
+    along = (np.arange(total) - first[line_of] + 0.5) * step - MARGIN
+    direction = (lines[:, 2:] - lines[:, :2]) / length[:, None]
+    normal = np.column_stack([-direction[:, 1], direction[:, 0]])
+    place = lines[line_of, :2] + along[:, None] * direction[line_of]
+    ceilings = np.stack([
+        ceiling_heights(place, direction[line_of], side * normal[line_of], voxels) for side in (1, -1)
+    ])
+
+    line, voxel, position, offset = _core.strips(voxels.xy, lines, _DEPTH, MARGIN)
+    z = voxels.z[voxel]
+    at = first[line] + np.clip(((position + MARGIN) / step).astype(np.int64), 0, counts[line] - 1)
+
+    def counted(chosen: BoolArray) -> FloatArray:
+        return np.bincount(at[chosen], minlength=total)
+
+    def near(sign: int | FloatArray, low: float, high: float | FloatArray) -> BoolArray:
+        return (sign * offset > low) & (sign * offset < high)
+
+    on_floor = np.abs(z) < 0.08
+    at_ceiling = np.abs(z - ceilings[:, at]) < 0.1  # (2, hits): at the ceiling of the left, of the right
+    faces = [counted((on_floor | at_ceiling[k]) & near(sign, *_NEAR)) for k, sign in ((0, 1), (1, -1))]
+    wide = 2 * round(0.4 / step) + 1
+    left = smooth(faces[0], first, wide) >= smooth(faces[1], first, wide)
+
+    sign = np.where(left, 1, -1)[at]
+    ceiling = np.where(left, ceilings[0], ceilings[1])
+    ceiling = np.where(np.isfinite(ceiling), ceiling, voxels.height)
+    at_ceiling_front = np.abs(z - ceiling[at]) < 0.1
+    filled = _filled(at, z, np.abs(offset) < ON_PLANE, total, step)
+    twin = twin_distance(at, z, -sign * offset, ceiling, first, step)[at]
+
+    def share(chosen: BoolArray, least: int = 1) -> FloatArray:
+        return smooth((counted(chosen) >= least).astype(np.float64), first, 5)
+
+    front = near(sign, *_NEAR)
+    back = near(-sign, _NEAR[0], np.minimum(_NEAR[0] + 0.05, twin - 0.015))
+    low = (z > _LOW[0]) & (z < _LOW[1]) & near(-sign, _NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
+    return Elevations(
+        lines,
+        first,
+        step,
+        left,
+        upper=_share_filled(filled, ceiling - _UPPER[0], ceiling - _UPPER[1], step),
+        lower=_share_filled(filled, np.full(total, 0.15), np.full(total, 1.9), step),
+        whole=_share_filled(filled, np.full(total, 0.15), ceiling - _UPPER[1], step),
+        front=share(on_floor & front) + share(at_ceiling_front & front),
+        ceiling_behind=share(at_ceiling_front & back),
+        floor_behind=share(on_floor & back),
+        low_behind=share(low, least=2),
+    )
+
+
+def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, voxels: StoreyVoxels) -> FloatArray:
+    """Height of the ceiling (m above the floor) to one side of places (n, 2); NaN where none is seen.
+
+    The highest voxel of each cell of 10 cm is sampled up to 0.9 m to the side; the ceiling is a high percentile, so
+    that lamps and beams under it do not count.
+    """
+    cell = 0.1
+    high = voxels.z > 1.7
+    index = np.floor(voxels.xy[high] / cell).astype(np.int64)
+    if len(index) == 0:
+        return np.full(len(place), np.nan)
+    low = index.min(axis=0)
+    shape = tuple(index.max(axis=0) - low + 1)
+    tops = np.full(shape[0] * shape[1], -np.inf)
+    np.maximum.at(tops, np.ravel_multi_index(tuple((index - low).T), shape), voxels.z[high])
+    samples = []
+    for aside in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9):
+        for shift in (-0.2, 0.0, 0.2):
+            sample = np.floor((place + aside * towards + shift * along) / cell).astype(np.int64) - low
+            inside = ((sample >= 0) & (sample < shape)).all(axis=1)
+            value = np.full(len(place), -np.inf)
+            value[inside] = tops[np.ravel_multi_index(tuple(sample[inside].T), shape)]
+            samples.append(value)
+    found = np.where(np.isfinite(samples), samples, np.nan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a place without any sample is NaN, as it should
+        height = np.nanpercentile(found, 70, axis=0)
+    return np.where(np.isfinite(found).sum(axis=0) >= 4, height, np.nan)
+
+
+def twin_distance(
+    at: IntArray, z: FloatArray, behind: FloatArray, ceiling: FloatArray, first: IntArray, step: float
+) -> FloatArray:
+    """How far behind each step the other face of its wall stands, m; the depth of the elevation where none is seen.
+
+    `behind` is each voxel's distance behind the plane. Another face is filled in the upper zone, which a door leaf in
+    the wall's opening is not.
+    """
+    total = len(ceiling)
+    upper = (behind > ON_PLANE + 0.01) & (z > ceiling[at] - _UPPER[0]) & (z < ceiling[at] - _UPPER[1])
+    slots = int(np.ceil(_DEPTH / 0.02))
+    filled = np.bincount(at[upper] * slots + (behind[upper] / 0.02).astype(np.int64), minlength=total * slots)
+    dense = smooth_rows(filled.reshape(total, slots).astype(np.float64), first, 2 * round(0.5 / step) + 1)
+    dense = dense + np.pad(dense, ((0, 0), (0, 1)))[:, 1:]
+    needed = 0.25 * (_UPPER[0] - _UPPER[1]) / step
+    face = dense >= needed
+    return np.where(face.any(axis=1), face.argmax(axis=1) * 0.02 + 0.02, _DEPTH)
+
+
+def smooth(values: FloatArray, first: IntArray, width: int) -> FloatArray:
+    """Mean over `width` steps around each step (m,), never across lines."""
+    return smooth_rows(values[:, None].astype(np.float64), first, width)[:, 0]
+
+
+def smooth_rows(values: FloatArray, first: IntArray, width: int) -> FloatArray:
+    """Mean over `width` steps around each step (m, k), never across lines."""
+    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
+    step = np.arange(len(values))
+    line = np.searchsorted(first, step, side="right") - 1
+    low = np.maximum(step - width // 2, first[line])
+    high = np.minimum(step + width // 2 + 1, first[line + 1])
+    return (sums[high] - sums[low]) / (high - low)[:, None]
+
+
+def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
+    """Fill gaps of fewer than `width` steps to the level of their shores (grey closing), never across lines.
+
+    Scan lines that fall on a far wall leave gaps between them; ends stay where they are.
+    """
+    closed = np.empty_like(values)
+    for low, high in zip(first[:-1], first[1:], strict=True):
+        closed[low:high] = ndimage.grey_closing(np.pad(values[low:high], width), width)[width:-width]
+    return closed
+
+
+def _filled(at: IntArray, z: FloatArray, chosen: BoolArray, total: int, step: float) -> BoolArray:
+    """Which heights (total, k), in steps from the floor, hold a chosen voxel."""
+    height = np.floor(z / step).astype(np.int64)
+    chosen = chosen & (height >= 0)
+    filled = np.zeros((total, int(height.max(initial=0)) + 2), dtype=np.bool_)
+    filled[at[chosen], height[chosen]] = True
+    return filled
+
+
+def _share_filled(filled: BoolArray, low: FloatArray, high: FloatArray, step: float) -> FloatArray:
+    """Share of the heights from `low` to `high` (m) that are filled, for each row."""
+    below = np.concatenate([np.zeros((len(filled), 1), np.int64), np.cumsum(filled, axis=1)], axis=1)
+    row = np.arange(len(filled))
+    first, last = (np.clip(np.round(h / step).astype(np.int64), 0, filled.shape[1]) for h in (low, high))
+    return (below[row, last] - below[row, first]) / np.maximum(last - first, 1)

@@ -1,0 +1,222 @@
+"""Wall faces from elevations: where along its line a wall stands (not in the paper).
+
+Each step of an elevation is scored for a wall and against it. Filled heights speak for a wall, most of all those under
+the ceiling, which furniture does not reach; floor or ceiling that go on behind the plane, or a door leaf standing in
+the wall's body, speak against it. Where nothing was seen on the plane and nothing behind it, something stands before
+it: such a hidden stretch speaks neither way, so that it is bridged between stretches of wall and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from asbuilt import _core
+from asbuilt.elevations import ON_PLANE, Elevations, close_gaps
+from asbuilt.grid import FloatArray
+from asbuilt.params import WallParameters
+from asbuilt.plan import WallFace
+from asbuilt.profiles import StoreyVoxels
+
+
+@dataclass(frozen=True)
+class Face:
+    """A stretch of a line on which a wall's face stands.
+
+    Attributes
+    ----------
+    line : index of its line in the elevations.
+    start, end : (2,) m from the storey's origin; the room that sees it is on the left.
+    fixed : whether start and end are corners.
+    score : the higher, the surer.
+    """
+
+    line: int
+    start: FloatArray
+    end: FloatArray
+    score: float
+    fixed: tuple[bool, bool] = (False, False)
+
+    @property
+    def length(self) -> float:
+        """Length, m."""
+        return float(np.hypot(*(self.end - self.start)))
+
+    @property
+    def along(self) -> FloatArray:
+        """Unit vector (2,) from start to end."""
+        return (self.end - self.start) / max(self.length, 1e-12)
+
+    @property
+    def normal(self) -> FloatArray:
+        """Unit vector (2,) towards the room."""
+        along = self.along
+        return np.array([-along[1], along[0]])
+
+
+def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArray:
+    """For (above 0) or against (below) a wall on each step of the elevations (m,)."""
+    upper, lower, whole = (closed(elevations, part, parameters) for part in ("upper", "lower", "whole"))
+    behind = elevations.ceiling_behind + elevations.floor_behind
+    score = 1.5 * upper + lower - 0.45
+    # What shows under the ceiling decides; without it the rest of the height counts for little.
+    hidden = (score < 0) & (elevations.front > 0.4) & (behind < 0.25) & (elevations.low_behind < 0.3)
+    score = np.where(hidden, -0.02, score)
+    score = np.where(upper < 0.2, np.minimum(score, 0.35 * whole - 0.05), score)
+    room_goes_on = (elevations.ceiling_behind > 0.35) & (elevations.front > 0.35) & (upper < 0.25)
+    score = np.where(room_goes_on, -2.0, score)
+    opening = (lower < 0.15) & ((elevations.floor_behind > 0.3) | (elevations.low_behind > 0.3))
+    return np.where(opening, -1.5, score)
+
+
+def closed(elevations: Elevations, part: str, parameters: WallParameters) -> FloatArray:
+    """A part of the elevations as a share of what a well seen wall fills (m,), with gaps between scan lines closed."""
+    width = 2 * (round(parameters.closing / elevations.step) // 2) + 1
+    values = close_gaps(getattr(elevations, part), elevations.first, width)
+    return np.clip(values / usual_filling(elevations), 0, 1)
+
+
+def usual_filling(elevations: Elevations) -> float:
+    """Share of its heights that a well seen wall of this cloud fills: thin clouds fill less."""
+    seen = elevations.whole[elevations.whole > 0.3]
+    return max(float(np.percentile(seen, 75)), 0.2) if len(seen) else 1.0
+
+
+def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParameters) -> list[Face]:
+    """The stretches of each line that score as wall and look like one as a whole."""
+    under_ceiling = closed(elevations, "upper", parameters)
+    faces = []
+    for line in range(len(elevations.lines)):
+        first, last = elevations.first[line], elevations.first[line + 1]
+        start = elevations.lines[line, :2]
+        along = (elevations.lines[line, 2:] - start) / np.hypot(*(elevations.lines[line, 2:] - start))
+        position = elevations.position(line)
+        for low, high, score in maximal_runs(scores[first:last], parameters.min_score, parameters.drop):
+            steps = slice(first + low, first + high)
+            if not _looks_like_a_wall(elevations, steps, under_ceiling[steps]):
+                continue
+            ends = [start + (position[low] - elevations.step / 2) * along]
+            ends.append(start + (position[high - 1] + elevations.step / 2) * along)
+            if elevations.left[steps].mean() < 0.5:
+                ends.reverse()
+            faces.append(Face(line, ends[0], ends[1], score))
+    return faces
+
+
+def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
+    """Of faces that lie behind one another as seen from the room, keep the surest: a room sees one of them only.
+
+    A window's pane, a niche's back or a board makes a plane of its own within `apart` m of the wall's.
+    """
+    kept: list[Face] = []
+    for face in sorted(faces, key=lambda f: -f.score):
+        if not any(_covered(face, other, apart) > 0.5 * face.length for other in kept):
+            kept.append(face)
+    return kept
+
+
+def _covered(face: Face, other: Face, apart: float) -> float:
+    """Length of `face` that lies beside `other`, nearly parallel, with the room on the same side."""
+    if float(face.along @ other.along) < 0.98:
+        return 0.0
+    relative = np.array([face.start - other.start, face.end - other.start])
+    if np.abs(relative @ other.normal).max() > apart:
+        return 0.0
+    low, high = relative @ other.along
+    return float(max(min(high, other.length) - max(low, 0.0), 0.0))
+
+
+def snap_to_jambs(faces: list[Face], voxels: StoreyVoxels, reach: float = 0.2) -> list[Face]:
+    """Move ends to the surfaces that turn back from them: the jamb of an opening, the end of a wall, a corner.
+
+    Voxels up to 0.12 m behind a face's plane, within `reach` (m) of its end, mark where such a surface stands.
+    """
+    if not faces:
+        return faces
+    tips = np.array([tip for face in faces for tip in (face.start, face.end)])
+    along = np.array([face.along for face in faces for _ in (0, 1)])
+    low = voxels.xy[(voxels.z > 0.2) & (voxels.z < 1.9)]
+    tip, _, place, offset = _core.strips(low, np.hstack([tips - reach * along, tips + reach * along]), 0.12, 0.0)
+    behind = offset < -(ON_PLANE + 0.005)
+    tip, place = tip[behind], place[behind] - reach
+    moved = tips.copy()
+    for i in range(len(tips)):
+        near = np.sort(place[tip == i])
+        if len(near) < 6:
+            continue
+        within = np.searchsorted(near, near + 0.02) - np.arange(len(near))
+        best = int(within.argmax())
+        if within[best] >= max(6, 0.4 * len(near)):
+            moved[i] += float(np.mean(near[best : best + within[best]])) * along[i]
+    return [replace(face, start=moved[2 * i], end=moved[2 * i + 1]) for i, face in enumerate(faces)]
+
+
+def maximal_runs(scores: FloatArray, least: float, drop: float) -> list[tuple[int, int, float]]:
+    """Runs (first, past the last, sum) of scores (n,) with the largest sums.
+
+    A run begins at a positive score, ends at its highest sum, and is closed once the sum has fallen by `drop` below
+    that. Runs of less than `least` are left out.
+    """
+    runs = []
+    i = 0
+    while i < len(scores):
+        if scores[i] <= 0:
+            i += 1
+            continue
+        total = best = 0.0
+        end = i
+        for j in range(i, len(scores)):
+            total += scores[j]
+            if total > best:
+                best, end = total, j
+            if total < best - drop or total < 0:
+                break
+        if best >= least:
+            runs.append((i, end + 1, float(best)))
+        i = end + 1
+    return runs
+
+
+def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: FloatArray) -> bool:
+    """Whether a run as a whole can be a wall; each limit is one that a true wall hardly ever passes."""
+    full = usual_filling(elevations)
+    upper = elevations.upper[steps] / full
+    whole = elevations.whole[steps] / full
+    floor_behind, ceiling_behind = elevations.floor_behind[steps].mean(), elevations.ceiling_behind[steps].mean()
+    length = len(upper) * elevations.step
+    if elevations.front[steps].mean() < 0.1 or whole.mean() < 0.06:
+        return False  # outside, or hardly seen
+    if floor_behind > 0.45 or (ceiling_behind > 0.45 and upper.mean() < 0.3):
+        return False  # in the middle of a room
+    if length < 0.65:
+        # A line that runs on meets other walls end on: each fills only a step or two.
+        return bool(upper.mean() >= 0.5 and whole.mean() >= 0.42 and max(floor_behind, ceiling_behind) <= 0.3)
+    return bool((under_ceiling > 0.4).mean() >= 0.25)
+
+
+def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple[WallFace, ...]:
+    """Faces as they stand in the plan, in the input's frame, with what supports each.
+
+    The residual is that of the points, by the first and second moments of the voxels on the plane.
+    """
+    if not faces:
+        return ()
+    segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
+    face_of, voxel, along, offset = _core.strips(voxels.xy, segments, ON_PLANE, 0.0)
+    standing = (voxels.z[voxel] > 0.15) & (voxels.z[voxel] < voxels.height - 0.1)
+    face_of, voxel, along, offset = (values[standing] for values in (face_of, voxel, along, offset))
+    normal = np.array([face.normal for face in faces])[face_of]
+    xx, xy, yy = voxels.covariance[voxel].T
+    variance = normal[:, 0] ** 2 * xx + 2 * normal[:, 0] * normal[:, 1] * xy + normal[:, 1] ** 2 * yy
+    count = np.bincount(face_of, minlength=len(faces))
+    square = np.bincount(face_of, offset**2 + variance, minlength=len(faces)) / np.maximum(count, 1)
+    step = 2 * voxels.voxel
+    steps = np.unique(np.column_stack([face_of, (along / step).astype(np.int64)]), axis=0)
+    seen = np.bincount(steps[:, 0], minlength=len(faces))
+    plan = []
+    for i, face in enumerate(faces):
+        start, end = (tuple(float(v) for v in voxels.origin + tip) for tip in (face.start, face.end))
+        share = min(float(seen[i]) / max(np.ceil(face.length / step), 1), 1.0)
+        plan.append(WallFace(start, end, share, float(np.sqrt(square[i])), int(count[i]), None, f"S{storey}-F{i + 1}"))  # type: ignore[arg-type]
+    return tuple(plan)

@@ -1,0 +1,96 @@
+"""The vertical profile of each ground cell (not in the paper).
+
+Walls stand from floor to ceiling; clutter does not. Where the paper counts the voxels above a cell, this keeps which
+heights they fill and where, to a millimetre, their points lie.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from asbuilt.evidence import Evidence, rows_in
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.storeys import Level, drop_strays
+
+_BELOW_FLOOR = 0.3
+"""Voxels this far below a storey's floor still belong to it, m: steps, thresholds, sunken floors."""
+_SLAB = 0.12
+"""A storey ends this far below the floor above it, m."""
+_OVER_CEILING = 0.1
+"""And this far over its ceiling, m: the ceiling's own points."""
+
+
+@dataclass(frozen=True)
+class StoreyVoxels:
+    """The evidence of one storey, about its floor.
+
+    Attributes
+    ----------
+    origin : (2,) m; x, y of the frame in which `xy` counts.
+    index : (n, 2) ground cell of each voxel.
+    xy : (n, 2) mean of each voxel's points, m from the origin.
+    z : (n,) mean height of each voxel's points above the floor, m.
+    covariance : (n, 3: xx, xy, yy) of each voxel's points, m^2.
+    voxel : side of a voxel, m.
+    height : from floor to ceiling, m.
+    """
+
+    origin: FloatArray
+    index: IntArray
+    xy: FloatArray
+    z: FloatArray
+    covariance: FloatArray
+    voxel: float
+    height: float
+
+
+def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> StoreyVoxels:
+    """The voxels between the floor of a storey and its ceiling, strays left out.
+
+    `above` is the storey over this one, or None.
+    """
+    height = level.ceiling - level.floor
+    top = height + _OVER_CEILING
+    if above is not None:
+        top = min(top, above.floor - _SLAB - level.floor)
+    z = evidence.index[:, 2] * evidence.voxel + evidence.mean[:, 2] - level.floor
+    kept = np.flatnonzero((z > -_BELOW_FLOOR) & (z < top))
+    coarse = evidence.index[kept] // 2
+    kept = kept[rows_in(coarse, drop_strays(np.unique(coarse, axis=0)))]
+    index = evidence.index[kept, :2]
+    # The same origin for the same cloud, wherever it stands: a whole number of metres near its middle.
+    middle = np.median(index, axis=0) if len(index) else np.zeros(2)
+    corner = np.floor(middle * evidence.voxel)
+    cells = index - np.round(corner / evidence.voxel).astype(np.int64)
+    origin = np.round(corner / evidence.voxel) * evidence.voxel
+    xy = cells * evidence.voxel + evidence.mean[kept, :2]
+    return StoreyVoxels(origin, cells, xy, z[kept], evidence.covariance[kept], evidence.voxel, height)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Ground cells by what stands on them.
+
+    Attributes
+    ----------
+    xy : (n, 2) mean over the voxels of each column, m from the storey's origin.
+    filled : (n,) number of voxels filled between floor and ceiling.
+    """
+
+    xy: FloatArray
+    filled: FloatArray
+
+
+def columns(voxels: StoreyVoxels, low: float = 0.15, under_ceiling: float = 0.1) -> Columns:
+    """Gather the voxels from `low` (m above the floor) to `under_ceiling` (m) into their ground cells."""
+    inside = (voxels.z > low) & (voxels.z < voxels.height - under_ceiling)
+    cells, xy = voxels.index[inside].astype(np.int64), voxels.xy[inside]
+    if len(cells) == 0:
+        return Columns(np.zeros((0, 2)), np.zeros(0))
+    span = np.ptp(cells[:, 1]) + 1
+    _, column = np.unique((cells[:, 0] - cells[:, 0].min()) * span + cells[:, 1] - cells[:, 1].min(), return_inverse=True)
+    filled = np.bincount(column).astype(np.float64)
+    mean = np.column_stack([np.bincount(column, xy[:, axis]) / filled for axis in (0, 1)])
+    return Columns(mean, filled)

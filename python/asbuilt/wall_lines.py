@@ -1,0 +1,87 @@
+"""Lines along which walls may stand, to a millimetre (not in the paper).
+
+The paper's Hough transform over all cells of a storey is as coarse as its bins. Here lines are traced from place to
+place (`asbuilt._core.trace_lines`), joined where they continue each other, and fitted to the means of the voxels
+along them. A partition whose two faces share voxels shows in the voxels' second moments, and is taken apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt import _core
+from asbuilt.grid import FloatArray
+from asbuilt.params import WallParameters
+from asbuilt.profiles import Columns, StoreyVoxels
+
+
+def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallParameters) -> FloatArray:
+    """Segments (n, 4), m from the storey's origin, that walls may stand on, strongest first."""
+    tall = columns.filled >= parameters.min_profile / voxels.voxel
+    xy, weights = columns.xy[tall], columns.filled[tall]
+    lines, strength = _core.trace_lines(
+        xy,
+        weights,
+        band=parameters.band,
+        reach=0.5,
+        gap=parameters.trace_gap,
+        min_weight=60.0 * (0.05 / voxels.voxel) ** 2,
+        min_length=0.1,
+    )
+    lines = join_collinear(lines, strength, parameters)
+    return fit_lines(lines, xy, weights, parameters.band)
+
+
+def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallParameters) -> FloatArray:
+    """Join lines (n, 4), m, of one plane: the same direction, the same offset, and no wide gap between."""
+    order = np.argsort(-strength, kind="stable")
+    lines = lines[order]
+    length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    free = np.ones(len(lines), dtype=np.bool_)
+    joined = []
+    for i in range(len(lines)):
+        if not free[i]:
+            continue
+        free[i] = False
+        start, along = lines[i, :2], (lines[i, 2:] - lines[i, :2]) / length[i]
+        normal = np.array([-along[1], along[0]])
+        relative = lines.reshape(-1, 2, 2) - start
+        position = np.sort(relative @ along, axis=1)
+        offset = np.abs(relative @ normal).max(axis=1)
+        turned = np.abs((lines[:, 2:] - lines[:, :2]) @ normal) / length
+        low, high = 0.0, float(length[i])
+        while True:
+            gap = np.maximum(position[:, 0] - high, low - position[:, 1])
+            near = gap < 1.0
+            same = free & (gap < parameters.bridge)
+            same &= offset < np.where(near, parameters.band, 0.67 * parameters.band)
+            same &= turned < np.where(near, 0.03, 0.01)
+            if not same.any():
+                break
+            free &= ~same
+            low, high = min(low, float(position[same, 0].min())), max(high, float(position[same, 1].max()))
+        joined.append(np.concatenate([start + low * along, start + high * along]))
+    return np.array(joined).reshape(-1, 4)
+
+
+def fit_lines(lines: FloatArray, xy: FloatArray, weights: FloatArray, band: float, rounds: int = 3) -> FloatArray:
+    """Fit each line (n, 4), m, to the points (m, 2) within `band` of it by weighted least squares of their offsets."""
+    for _ in range(rounds):
+        line, point, along, offset = _core.strips(xy, lines, band, band)
+        weight = weights[point]
+
+        def total(values: FloatArray, line=line, weight=weight, count=len(lines)) -> FloatArray:  # type: ignore[no-untyped-def]
+            return np.bincount(line, weight * values, minlength=count)
+
+        mass = np.maximum(total(np.ones_like(along)), 1e-12)
+        mean_along, mean_offset = total(along) / mass, total(offset) / mass
+        spread = total(along * along) / mass - mean_along**2
+        slope = (total(along * offset) / mass - mean_along * mean_offset) / np.maximum(spread, 1e-9)
+        slope = np.where(spread > 1e-4, slope, 0.0)
+        length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+        along_unit = (lines[:, 2:] - lines[:, :2]) / length[:, None]
+        normal = np.column_stack([-along_unit[:, 1], along_unit[:, 0]])
+        first = (mean_offset - slope * mean_along)[:, None] * normal
+        last = (mean_offset + slope * (length - mean_along))[:, None] * normal
+        lines = lines + np.hstack([first, last])
+    return lines
