@@ -5,6 +5,7 @@
 //! to end, are its values, bit after bit; so record n of a field of b bits begins at bit n b, and a scan can be
 //! entered anywhere once its packets are indexed. Every page's checksum is verified.
 
+use std::iter::empty;
 use std::ops::Range;
 use std::sync::OnceLock;
 
@@ -95,7 +96,7 @@ impl Source for E57 {
         let Some((number, records)) = self.parts.get(part).cloned() else { return Ok(Skipped::default()) };
         let cloud = &self.clouds[number];
         let mut collector = Collector::new(number as u32, sink);
-        cloud.read(&mut Pages::new(&self.input, self.page_size), records, &mut collector)?;
+        cloud.read(&mut Pages::new(&self.input, self.page_size, WINDOW), records, &mut collector)?;
         collector.finish()
     }
 }
@@ -191,10 +192,10 @@ impl Cloud {
     }
 
     /// Find the packets; done once, by whichever part comes first.
-    fn packets(&self, pages: &mut Pages<'_>) -> Result<&[Packet]> {
+    fn packets(&self, pages: &Pages<'_>) -> Result<&[Packet]> {
         let input = pages.input;
         let packets = self.packets.get_or_init(|| {
-            self.index(pages).map_err(|error| match error {
+            self.index(&mut Pages::new(input, pages.page_size, 1)).map_err(|error| match error {
                 Error::BadFile { message, .. } => message,
                 other => other.to_string(),
             })
@@ -227,7 +228,8 @@ impl Cloud {
         Ok(packets)
     }
 
-    /// The length of the packet at `at`, and where in it the pieces of our streams are, if it has any.
+    /// The length of the packet at `at`, and where in it the pieces of our streams are, if it has any. Looks only at
+    /// the packet's head.
     fn packet(&self, pages: &mut Pages<'_>, at: u64) -> Result<(u64, Option<[Range<usize>; 4]>)> {
         let head = pages.get(at, 4)?;
         let (kind, length) = (head[0], usize::from(u16_at(head, 2)) + 1);
@@ -238,20 +240,20 @@ impl Cloud {
             return Ok((length as u64, None));
         }
         let mut piece = 6 + 2 * self.streams;
-        let packet = pages.get(at, length)?;
-        if packet.len() < piece || usize::from(u16_at(packet, 4)) != self.streams {
+        let head = pages.get(at, piece.min(length))?;
+        if head.len() < piece || usize::from(u16_at(head, 4)) != self.streams {
             return Err(pages.input.bad(format!("expected a packet of {} fields, found other data", self.streams)));
         }
         let mut pieces = [0..0, 0..0, 0..0, 0..0];
         for stream in 0..self.streams {
-            let end = piece + usize::from(u16_at(packet, 6 + 2 * stream));
-            if end > length {
-                return Err(pages.input.bad("a packet of points is longer than it says; the file is damaged"));
-            }
+            let end = piece + usize::from(u16_at(head, 6 + 2 * stream));
             if let Some(ours) = self.fields.iter().position(|field| field.stream == stream) {
                 pieces[ours] = piece..end;
             }
             piece = end;
+        }
+        if piece > length {
+            return Err(pages.input.bad("a packet of points is longer than it says; the file is damaged"));
         }
         Ok((length as u64, Some(pieces)))
     }
@@ -293,22 +295,29 @@ impl Cloud {
     fn convert(&self, streams: &[Stream<'_>], count: usize, collector: &mut Collector<'_>) -> Result<()> {
         let [a, b, c] = [0, 1, 2].map(|i| &streams[i].values[..count]);
         let state = streams.get(3).map(|stream| &stream.values[..count]);
-        for i in 0..count {
-            if state.is_some_and(|state| state[i] != 0.0) {
-                collector.skipped.invalid += 1;
-                continue;
+        let points = a.iter().zip(b).zip(c).map(|((&a, &b), &c)| [a, b, c]);
+        match (state, self.spherical) {
+            (None, false) => collector.extend(points.map(|point| self.to_file(point)), empty()),
+            (None, true) => collector.extend(points.map(|point| self.to_file(to_cartesian(point))), empty()),
+            (Some(state), _) => {
+                for (point, state) in points.zip(state) {
+                    match *state {
+                        0.0 if self.spherical => collector.push(self.to_file(to_cartesian(point)))?,
+                        0.0 => collector.push(self.to_file(point))?,
+                        _ => collector.skipped.invalid += 1,
+                    }
+                }
+                Ok(())
             }
-            let point = if self.spherical {
-                let (range, azimuth, elevation) = (a[i], b[i], c[i]);
-                let across = range * elevation.cos();
-                [across * azimuth.cos(), across * azimuth.sin(), range * elevation.sin()]
-            } else {
-                [a[i], b[i], c[i]]
-            };
-            collector.push(self.to_file(point))?;
         }
-        Ok(())
     }
+}
+
+/// From range, azimuth and elevation.
+#[inline]
+fn to_cartesian([range, azimuth, elevation]: [f64; 3]) -> [f64; 3] {
+    let across = range * elevation.cos();
+    [across * azimuth.cos(), across * azimuth.sin(), range * elevation.sin()]
 }
 
 /// One field of the records.
@@ -420,6 +429,8 @@ impl<'a> Stream<'a> {
 struct Pages<'a> {
     input: &'a Input,
     page_size: u64,
+    /// Physical bytes to read together.
+    ahead: u64,
     physical: Vec<u8>,
     /// What is at hand, from logical byte `first` on.
     window: Vec<u8>,
@@ -427,8 +438,8 @@ struct Pages<'a> {
 }
 
 impl<'a> Pages<'a> {
-    fn new(input: &'a Input, page_size: u64) -> Self {
-        Self { input, page_size, physical: Vec::new(), window: Vec::new(), first: 0 }
+    fn new(input: &'a Input, page_size: u64, ahead: u64) -> Self {
+        Self { input, page_size, ahead, physical: Vec::new(), window: Vec::new(), first: 0 }
     }
 
     /// The logical place of a physical one.
@@ -458,7 +469,7 @@ impl<'a> Pages<'a> {
         if needed > all {
             return Err(self.input.bad("the file ends within its points; it is cut short"));
         }
-        let to = needed.max(from + WINDOW / self.page_size).min(all);
+        let to = needed.max(from + self.ahead / self.page_size).min(all);
         self.input.read_into(from * self.page_size, (to - from) * self.page_size, &mut self.physical)?;
         self.window.clear();
         self.first = from * payload;

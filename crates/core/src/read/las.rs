@@ -35,11 +35,16 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    /// x, y, z and the point source id of a record.
+    /// x, y, z of a record.
     #[inline]
-    pub fn decode(&self, record: &[u8]) -> ([f64; 3], u32) {
-        let coordinate = |i: usize| f64::from(i32_at(record, 4 * i)) * self.scale[i] + self.offset[i];
-        ([coordinate(0), coordinate(1), coordinate(2)], u32::from(u16_at(record, self.source_id_at)))
+    pub fn point(&self, record: &[u8]) -> [f64; 3] {
+        [0, 1, 2].map(|i| f64::from(i32_at(record, 4 * i)) * self.scale[i] + self.offset[i])
+    }
+
+    /// The point source id of a record.
+    #[inline]
+    pub fn scan(&self, record: &[u8]) -> u32 {
+        u32::from(u16_at(record, self.source_id_at))
     }
 }
 
@@ -159,10 +164,8 @@ impl Source for Las {
                 for first in (part as u64 * PART..end).step_by(BATCH) {
                     let (from, count) = (first * layout.record_length as u64, (end - first).min(BATCH as u64));
                     self.input.read_into(layout.start + from, count * layout.record_length as u64, &mut buffer)?;
-                    for record in buffer.chunks_exact(layout.record_length) {
-                        let (point, scan) = layout.decode(record);
-                        collector.push_of(point, scan)?;
-                    }
+                    let records = || buffer.chunks_exact(layout.record_length);
+                    collector.extend(records().map(|r| layout.point(r)), records().map(|r| layout.scan(r)))?;
                 }
             }
         }

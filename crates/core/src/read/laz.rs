@@ -236,19 +236,19 @@ fn decode<R>(
     collector: &mut Collector<'_>,
 ) -> Result<()> {
     let mut record = vec![0; layout.record_length];
-    let mut decoded = Vec::with_capacity(BATCH);
+    let (mut decoded, mut scans) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
     for first in (0..points).step_by(BATCH) {
         decoded.clear();
+        scans.clear();
         guarded(input, || {
             for _ in first..points.min(first + BATCH as u64) {
                 decoder.decompress_next(&mut record).map_err(|e| Error::io(input.path(), e))?;
-                decoded.push(layout.decode(&record));
+                decoded.push(layout.point(&record));
+                scans.push(layout.scan(&record));
             }
             Ok(())
         })?;
-        for &(point, scan) in &decoded {
-            collector.push_of(point, scan)?;
-        }
+        collector.extend(decoded.iter().copied(), scans.iter().copied())?;
     }
     Ok(())
 }

@@ -14,10 +14,15 @@ const BLOCK: u64 = 256 * 1024;
 /// A longer line is no row of numbers.
 const LONGEST_LINE: usize = 64 * 1024;
 
+/// Zero bytes behind the last line, so that eight bytes can be taken at once anywhere.
+const PADDING: usize = 8;
+
 /// The lines that begin within a range of bytes, one after the other.
 pub(super) struct Lines<'a> {
     input: &'a Input,
     buffer: Vec<u8>,
+    /// Bytes of `buffer` that are the file's.
+    filled: usize,
     /// Place of `buffer[0]` in the file.
     offset: u64,
     /// First byte of `buffer` not yet handed out.
@@ -26,10 +31,33 @@ pub(super) struct Lines<'a> {
     end: u64,
 }
 
+/// A line without its end.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    /// Where it begins in the file.
+    pub at: u64,
+    /// The line and at least eight bytes more.
+    padded: &'a [u8],
+    length: usize,
+}
+
+impl<'a> Line<'a> {
+    /// A line on its own.
+    #[cfg(test)]
+    fn new(padded: &'a [u8]) -> Self {
+        Self { at: 0, padded, length: padded.len() - PADDING }
+    }
+
+    /// What stands in it.
+    pub fn text(&self) -> &'a [u8] {
+        &self.padded[..self.length]
+    }
+}
+
 impl<'a> Lines<'a> {
     /// The lines that begin in `range`, whose start must begin a line.
     pub fn new(input: &'a Input, range: Range<u64>) -> Self {
-        Self { input, buffer: Vec::new(), offset: range.start, next: 0, end: range.end }
+        Self { input, buffer: vec![0; PADDING], filled: 0, offset: range.start, next: 0, end: range.end }
     }
 
     /// The same, where `range.start` may lie within a line: that line belongs to the range before.
@@ -47,41 +75,45 @@ impl<'a> Lines<'a> {
         self.offset + self.next as u64
     }
 
-    /// The next line without its end, and where it begins.
+    /// The next line.
     #[inline]
-    pub fn next(&mut self) -> Result<Option<(u64, &[u8])>> {
-        let begin = self.position();
-        if begin >= self.end {
+    pub fn next(&mut self) -> Result<Option<Line<'_>>> {
+        let at = self.position();
+        if at >= self.end {
             return Ok(None);
         }
-        loop {
-            if let Some(length) = memchr(b'\n', &self.buffer[self.next..]) {
-                let line = &self.buffer[self.next..self.next + length];
-                self.next += length + 1;
-                return Ok(Some((begin, line.strip_suffix(b"\r").unwrap_or(line))));
+        let (length, end) = loop {
+            let rest = &self.buffer[self.next..self.filled];
+            if let Some(length) = memchr(b'\n', rest) {
+                break (length, length + 1);
             }
             if !self.fill()? {
-                let line = &self.buffer[self.next..];
-                self.next = self.buffer.len();
-                return Ok((!line.is_empty()).then_some((begin, line)));
+                break (self.filled - self.next, self.filled - self.next);
             }
-        }
+        };
+        let padded = &self.buffer[self.next..];
+        self.next += end;
+        let length = if length > 0 && padded[length - 1] == b'\r' { length - 1 } else { length };
+        Ok((end > 0).then_some(Line { at, padded, length }))
     }
 
     /// Read the next block behind what is left of this one. False at the end of the file.
     fn fill(&mut self) -> Result<bool> {
-        let left = self.buffer.len() - self.next;
+        let left = self.filled - self.next;
         if left > LONGEST_LINE {
             let message = format!("expected lines of numbers, found a line of more than {LONGEST_LINE} bytes");
             return Err(self.input.bad(format!("{message} at byte {}", self.position())));
         }
-        let read = self.offset + self.buffer.len() as u64;
+        let read = self.offset + self.filled as u64;
         let more = BLOCK.min(self.input.len().saturating_sub(read)) as usize;
+        self.buffer.copy_within(self.next..self.filled, 0);
         self.offset += self.next as u64;
-        self.buffer.copy_within(self.next.., 0);
-        self.next = 0;
-        self.buffer.resize(left + more, 0);
-        self.input.read_at(read, &mut self.buffer[left..])?;
+        (self.next, self.filled) = (0, left + more);
+        if self.buffer.len() < self.filled + PADDING {
+            self.buffer.resize(self.filled + PADDING, 0);
+        }
+        self.input.read_at(read, &mut self.buffer[left..left + more])?;
+        self.buffer[left + more..left + more + PADDING].fill(0);
         Ok(more > 0)
     }
 }
@@ -123,10 +155,20 @@ pub(super) fn split_lines(input: &Input, start: u64, count: u64) -> Result<Optio
 pub(super) struct Columns {
     /// For each column up to the last one needed: the axis it gives, if any.
     axes: Vec<Option<u8>>,
+    /// What each byte is.
+    kinds: Box<[Kind; 256]>,
     /// Between columns; `None` for any number of blanks and tabs.
     pub delimiter: Option<u8>,
     /// Decimals as in 3,14.
     pub decimal_comma: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    /// Part of a number or a word.
+    Word,
+    Blank,
+    Delimiter,
 }
 
 impl Columns {
@@ -136,109 +178,120 @@ impl Columns {
         for (axis, column) in xyz.into_iter().enumerate() {
             axes[column] = Some(axis as u8);
         }
-        Self { axes, delimiter, decimal_comma }
+        let mut kinds = Box::new([Kind::Word; 256]);
+        for blank in *b" \t\"" {
+            kinds[usize::from(blank)] = Kind::Blank;
+        }
+        if let Some(delimiter) = delimiter {
+            kinds[usize::from(delimiter)] = Kind::Delimiter;
+        }
+        Self { axes, kinds, delimiter, decimal_comma }
     }
 
     /// The coordinates in a line; `None` if it has too few columns or words where numbers should be. An empty column
     /// is a number that is missing: NaN.
     #[inline]
-    pub fn parse(&self, line: &[u8]) -> Option<[f64; 3]> {
+    pub fn parse(&self, line: Line<'_>) -> Option<[f64; 3]> {
+        let Line { padded: text, length, .. } = line;
         let mut point = [0.0; 3];
-        let mut rest = self.skip_blanks(line);
+        let mut at = self.skip_blanks(text, 0);
         for (column, axis) in self.axes.iter().enumerate() {
             if column > 0 {
-                rest = match (self.delimiter, rest.first()) {
-                    (_, None) => return None,
-                    (Some(delimiter), Some(byte)) if *byte == delimiter => self.skip_blanks(&rest[1..]),
-                    (Some(_), Some(_)) => return None,
-                    (None, Some(_)) => rest,
-                };
-            }
-            let length = match axis {
-                Some(axis) => {
-                    let (value, length) = self.number(rest)?;
-                    point[usize::from(*axis)] = value;
-                    length
+                match self.delimiter {
+                    _ if at >= length => return None,
+                    Some(delimiter) if text[at] == delimiter => at = self.skip_blanks(text, at + 1),
+                    Some(_) => return None,
+                    None => {}
                 }
-                None => rest.iter().position(|&byte| self.ends_column(byte)).unwrap_or(rest.len()),
-            };
-            let behind = &rest[length..];
-            if axis.is_some() && behind.first().is_some_and(|&byte| !self.ends_column(byte)) {
-                return None;
             }
-            rest = self.skip_blanks(behind);
+            match axis {
+                Some(axis) => {
+                    let (value, end) = self.number(text, at, length)?;
+                    point[usize::from(*axis)] = value;
+                    at = end;
+                    if at < length && self.kind(text[at]) == Kind::Word {
+                        return None;
+                    }
+                }
+                None => at = self.column_end(text, at, length),
+            }
+            at = self.skip_blanks(text, at);
         }
         Some(point)
     }
 
-    /// The number at the start of `text`, and its length.
+    /// The number at `at`, and where it ends.
     #[inline]
-    fn number(&self, text: &[u8]) -> Option<(f64, usize)> {
-        if let Some(found) = decimal(text, if self.decimal_comma { b',' } else { b'.' }) {
+    fn number(&self, text: &[u8], at: usize, length: usize) -> Option<(f64, usize)> {
+        if let Some(found) = decimal(text, at, if self.decimal_comma { b',' } else { b'.' }) {
             return Some(found);
         }
-        let length = text.iter().position(|&byte| self.ends_column(byte)).unwrap_or(text.len());
-        if length == 0 && self.delimiter.is_some() {
-            return Some((f64::NAN, 0));
+        let end = self.column_end(text, at, length);
+        if end == at && self.delimiter.is_some() {
+            return Some((f64::NAN, end));
         }
         let mut word = [0; 64];
-        let word = word.get_mut(..length)?;
-        word.copy_from_slice(&text[..length]);
+        let word = word.get_mut(..end - at)?;
+        word.copy_from_slice(&text[at..end]);
         if self.decimal_comma {
             word.iter_mut().filter(|byte| **byte == b',').for_each(|byte| *byte = b'.');
         }
-        Some((fast_float2::parse(&*word).ok()?, length))
+        Some((fast_float2::parse(&*word).ok()?, end))
+    }
+
+    fn column_end(&self, text: &[u8], at: usize, length: usize) -> usize {
+        let end = text[at.min(length)..length].iter().position(|&byte| self.kind(byte) != Kind::Word);
+        end.map_or(length, |end| at + end)
     }
 
     #[inline]
-    fn ends_column(&self, byte: u8) -> bool {
-        self.delimiter == Some(byte) || self.is_blank(byte)
+    fn kind(&self, byte: u8) -> Kind {
+        self.kinds[usize::from(byte)]
     }
 
+    /// The line's end is no blank: this stops there.
     #[inline]
-    fn is_blank(&self, byte: u8) -> bool {
-        matches!(byte, b' ' | b'"' | b'\r') || (byte == b'\t' && self.delimiter != Some(b'\t'))
-    }
-
-    #[inline]
-    fn skip_blanks<'a>(&self, mut text: &'a [u8]) -> &'a [u8] {
-        while let [byte, rest @ ..] = text
-            && self.is_blank(*byte)
-        {
-            text = rest;
+    fn skip_blanks(&self, text: &[u8], mut at: usize) -> usize {
+        while self.kind(text[at]) == Kind::Blank {
+            at += 1;
         }
-        text
+        at
     }
 }
 
 /// A plain decimal (sign, digits, point, digits; no exponent) that f64 arithmetic converts exactly: up to 15 digits
 /// over a power of ten that a double holds exactly give the nearest double. `None` for everything else.
 #[inline]
-fn decimal(text: &[u8], point: u8) -> Option<(f64, usize)> {
+fn decimal(text: &[u8], start: usize, point: u8) -> Option<(f64, usize)> {
     const POWERS: [f64; 16] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
-    let negative = text.first() == Some(&b'-');
-    let start = usize::from(negative);
-    let (mut mantissa, mut at) = (0u64, start);
-    while let Some(digit) = text.get(at).map(|byte| byte.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
-        mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-        at += 1;
+    let is_negative = text[start] == b'-';
+    let first = start + usize::from(is_negative);
+    let (mut mantissa, mut at) = digits(text, first, 0);
+    let (mut count, mut behind) = (at - first, 0);
+    if text[at] == point {
+        let dot = at;
+        (mantissa, at) = digits(text, dot + 1, mantissa);
+        behind = at - dot - 1;
+        count += behind;
     }
-    let (mut digits, mut behind) = (at - start, 0);
-    if text.get(at) == Some(&point) {
-        at += 1;
-        let first = at;
-        while let Some(digit) = text.get(at).map(|byte| byte.wrapping_sub(b'0')).filter(|digit| *digit < 10) {
-            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
-            at += 1;
-        }
-        behind = at - first;
-        digits += behind;
-    }
-    if digits == 0 || digits > 15 || matches!(text.get(at), Some(b'e' | b'E' | b'd' | b'D')) {
+    if count == 0 || count > 15 || matches!(text[at], b'e' | b'E' | b'd' | b'D') {
         return None;
     }
     let value = mantissa as f64 / POWERS[behind];
-    Some((if negative { -value } else { value }, at))
+    Some((if is_negative { -value } else { value }, at))
+}
+
+/// `number` with the digits at `at` written behind it (overflowing if they are many), and where they end.
+#[inline]
+fn digits(text: &[u8], mut at: usize, mut number: i64) -> (i64, usize) {
+    loop {
+        let digit = text[at].wrapping_sub(b'0');
+        if digit > 9 {
+            return (number, at);
+        }
+        number = number.wrapping_mul(10).wrapping_add(i64::from(digit));
+        at += 1;
+    }
 }
 
 /// Hand on every line of a range as a point: the loop that all text formats share. `other` decides what a line that
@@ -251,15 +304,59 @@ pub(super) fn read_points(
     mut convert: impl FnMut([f64; 3], &mut Collector<'_>) -> Result<()>,
     is_other: impl Fn(&[u8]) -> bool,
 ) -> Result<()> {
-    while let Some((at, line)) = lines.next()? {
+    while let Some(line) = lines.next()? {
         match columns.parse(line) {
             Some(point) => convert(point, collector)?,
-            None if line.trim_ascii().is_empty() || is_other(line) => {}
+            None if line.text().trim_ascii().is_empty() || is_other(line.text()) => {}
             None => {
-                let shown: String = String::from_utf8_lossy(line).chars().take(60).collect();
-                return Err(input.bad(format!("expected x, y, z at byte {at}, found {shown:?}")));
+                let shown: String = String::from_utf8_lossy(line.text()).chars().take(60).collect();
+                return Err(input.bad(format!("expected x, y, z at byte {}, found {shown:?}", line.at)));
             }
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_are_the_nearest_doubles() {
+        let mut state = 1u64;
+        for i in 0..200_000u32 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let (whole, places) = (state >> (20 + i % 44), (state % 9) as usize);
+            let value = whole as f64 / 10f64.powi(places as i32) * if i % 3 == 0 { -1.0 } else { 1.0 };
+            let word = match i % 4 {
+                0 => format!("{value:.places$}"),
+                1 => format!("{value}"),
+                2 => format!("{value:e}"),
+                _ => format!("{value:.17}"),
+            };
+            let padded = format!("{word}\n\0\0\0\0\0\0\0\0");
+            let line = Line { at: 0, padded: padded.as_bytes(), length: word.len() };
+            let found = Columns::new([0, 0, 0], None, false).number(line.padded, 0, line.length);
+            assert_eq!(found, Some((word.parse().unwrap(), word.len())), "{word}");
+        }
+    }
+
+    #[test]
+    fn columns_are_found_whatever_stands_between() {
+        let parse = |xyz, delimiter, decimal_comma, text: &str| {
+            let padded = format!("{text}\0\0\0\0\0\0\0\0");
+            Columns::new(xyz, delimiter, decimal_comma).parse(Line::new(padded.as_bytes()))
+        };
+        let point = Some([1.5, -2.0, 3e3]);
+        assert_eq!(parse([0, 1, 2], None, false, "  1.5\t-2 3e3"), point);
+        assert_eq!(parse([0, 1, 2], None, false, "1.5 -2 +3000.00 9 9"), point);
+        assert_eq!(parse([3, 1, 0], Some(b','), false, "3000, -2.0 ,wall,1.5"), point);
+        assert_eq!(parse([0, 1, 2], Some(b';'), true, "1,5;-2,0;3000"), point);
+        assert_eq!(parse([0, 1, 2], Some(b','), false, "\"1.5\",\"-2\",\"3000\""), point);
+        assert_eq!(parse([0, 1, 2], None, false, "1.5 -2"), None);
+        assert_eq!(parse([0, 1, 2], None, false, "1.5 -2 x"), None);
+        assert_eq!(parse([0, 1, 2], None, false, "1.5m -2 3"), None);
+        assert_eq!(parse([0, 1, 2], None, false, ""), None);
+        assert!(parse([0, 1, 2], Some(b','), false, "1.5,,3").is_some_and(|p| p[1].is_nan()));
+    }
 }

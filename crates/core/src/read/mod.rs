@@ -226,13 +226,22 @@ impl<'a> Collector<'a> {
         if self.batch.points.len() == BATCH { self.flush() } else { Ok(()) }
     }
 
-    /// One more point, of scan `scan`.
+    /// Hand on a block of points, at most [`BATCH`], of the batch's scan, or each of its own in `scans`.
     #[inline]
-    fn push_of(&mut self, point: [f64; 3], scan: u32) -> Result<()> {
-        if is_somewhere(point) {
-            self.batch.scans.push(scan);
+    fn extend(&mut self, points: impl Iterator<Item = [f64; 3]>, scans: impl Iterator<Item = u32>) -> Result<()> {
+        self.flush()?;
+        let Batch { points: kept, scans: kept_scans, .. } = &mut self.batch;
+        kept.extend(points);
+        kept_scans.extend(scans);
+        // Nearly always all are somewhere, and this way the check costs next to nothing.
+        if !kept.iter().fold(true, |all, point| all & is_somewhere(*point)) {
+            let before = kept.len();
+            let mut places = kept.iter();
+            kept_scans.retain(|_| places.next().is_some_and(|point| is_somewhere(*point)));
+            kept.retain(|point| is_somewhere(*point));
+            self.skipped.not_finite += (before - kept.len()) as u64;
         }
-        self.push(point)
+        self.flush()
     }
 
     /// Hand on what has been gathered.

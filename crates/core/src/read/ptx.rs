@@ -108,8 +108,8 @@ impl Setup {
         let mut lines = Lines::new(input, at..input.len());
         let mut rows: Vec<Vec<f64>> = Vec::new();
         while rows.len() < HEADER_LINES {
-            let Some((place, line)) = lines.next()? else { break };
-            let text = String::from_utf8_lossy(line);
+            let Some(line) = lines.next()? else { break };
+            let (place, text) = (line.at, String::from_utf8_lossy(line.text()));
             if text.trim().is_empty() && rows.is_empty() {
                 continue;
             }

@@ -117,9 +117,8 @@ impl Records {
         collector: &mut Collector<'_>,
         value: impl Fn(&[u8], Scalar) -> f64,
     ) -> Result<()> {
-        for record in records.chunks_exact(self.length) {
-            collector.push(self.axes.map(|(at, scalar)| value(&record[at..], scalar)))?;
-        }
-        Ok(())
+        let points = records.chunks_exact(self.length);
+        let points = points.map(|record| self.axes.map(|(at, scalar)| value(&record[at..], scalar)));
+        collector.extend(points, std::iter::empty())
     }
 }
