@@ -10,7 +10,6 @@ only ever summed up in a table.
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from buildings.openings import Openings, connect
 from buildings.presets import PRESETS
 from buildings.scanner import Caster, Scanner, scan
 from buildings.scene import Scene
-from buildings.transform import turn
+from buildings.transform import Building, load_case, turn
 from buildings.truth import mark_observed, storey_truth
 
 Array = NDArray[np.float64]
@@ -31,18 +30,7 @@ Array = NDArray[np.float64]
 DEVELOPMENT_SEEDS = tuple(range(10))
 HELD_BACK_SEEDS = tuple(range(100, 110))
 
-__all__ = ["DEVELOPMENT_SEEDS", "HELD_BACK_SEEDS", "PRESETS", "Building", "Scanner", "generate"]
-
-
-@dataclass(frozen=True)
-class Building:
-    """A scanned building: points (n, 3), index of the scan of each, scanner positions (s, 3), and the truth."""
-
-    name: str
-    points: Array
-    scans: NDArray[np.int32]
-    positions: Array
-    truth: dict[str, Any]
+__all__ = ["DEVELOPMENT_SEEDS", "HELD_BACK_SEEDS", "PRESETS", "Building", "Scanner", "generate", "load_case"]
 
 
 def generate(

@@ -61,9 +61,16 @@ def cut(room: Polygon, wall: Polygon, least_area: float = 3.0, least_width: floa
 
 
 def min_edge(polygon: Polygon) -> float:
-    """The shortest edge: slivers at oblique corners make no building. Chords of arcs are 0.13 m or more."""
-    ring = edges(polygon)
-    return float(np.hypot(ring[:, 2] - ring[:, 0], ring[:, 3] - ring[:, 1]).min())
+    """The shortest edge between two real corners: slivers make no building, but a cut chord of an arc may be short."""
+    shortest = np.inf
+    for ring in (polygon.exterior, *polygon.interiors):
+        points = np.asarray(ring.coords)[:-1]
+        step = np.roll(points, -1, axis=0) - points
+        length, angle = np.hypot(*step.T), np.arctan2(step[:, 1], step[:, 0])
+        turn = np.abs((angle - np.roll(angle, 1) + np.pi) % (2 * np.pi) - np.pi)
+        real = (turn > 0.26) & (np.roll(turn, -1) > 0.26)
+        shortest = min(shortest, length[real].min(initial=np.inf))
+    return float(shortest)
 
 
 def sharpest(polygon: Polygon) -> float:

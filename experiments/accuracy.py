@@ -1,0 +1,280 @@
+"""How accurate plans are with default settings: the cases, and generated buildings that share none of their habits.
+
+The buildings of the development seeds may be looked at and tuned on; those of the held-back seeds only ever show up in
+these tables. `--worse` repeats everything with clouds that were turned, thinned, tilted and so on.
+
+    python experiments/accuracy.py                       the table; exit status 1 if a figure fell below the kept ones
+    python experiments/accuracy.py flat museum-3         some buildings alone
+    python experiments/accuracy.py --keep                make these figures the ones to hold
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import time
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import reduce
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import asbuilt
+from asbuilt import Parameters
+from asbuilt.evaluate import WallTotals, evaluate
+from asbuilt.evaluate.result import Scores, pool
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests"))  # the generator belongs to the tests
+
+import buildings  # noqa: E402
+from buildings.transform import SMALL, TRANSFORMS  # noqa: E402
+
+KEPT = Path(__file__).resolve().parent / "results" / "accuracy.json"
+CASES = Path(os.environ.get("ASBUILT_CASES", ROOT.parent / "shared" / "cases"))
+SHARED, DEVELOPMENT, HELD_BACK = "shared cases", "development seeds", "held-back seeds"
+#: The same scans again, coarser and as E57: in the table, but not pooled with the rest.
+AGAIN = "shared cases as E57"
+#: Figure, heading, digits, scale, and whether more is better.
+FIGURES = (
+    ("precision", "P", 3, 1, True),
+    ("recall", "R", 3, 1, True),
+    ("f", "F", 3, 1, True),
+    ("distance_error", "E_D mm", 1, 1000, False),
+    ("orientation_error_deg", "E_Th deg", 3, 1, False),
+    ("over_segmentation", "E_OS", 3, 1, False),
+    ("overlap", "E_OL", 4, 1, False),
+    ("within_15mm", "<15mm", 3, 1, True),
+    ("ends", "ends 5cm", 3, 1, True),
+)
+#: What a pooled figure may lose before the run fails: rounding on another machine, no more.
+SLACK = 0.002
+
+
+@dataclass(frozen=True)
+class Run:
+    """One building, planned and scored; `change` names what was done to its cloud before, "" for nothing."""
+
+    name: str
+    group: str
+    change: str
+    points: int
+    seconds: float
+    scores: Scores
+
+
+def figures(walls: WallTotals) -> dict[str, float | None]:
+    """The figures of one row."""
+    values = {name: getattr(walls, name) for name, *_ in FIGURES if name != "ends"}
+    return {**values, "ends": walls.end_points()["5cm"]["f"]}
+
+
+def jobs(wanted: list[str]) -> list[tuple[str, str]]:
+    """(group, name) of the buildings, the large ones first so that no core waits for them at the end."""
+    found: list[tuple[str, str]] = []
+    if CASES.is_dir():
+        folders = [folder for folder in CASES.iterdir() if (folder / "truth.json").exists()]
+        folders.sort(key=lambda folder: -max(file.stat().st_size for file in folder.iterdir()))
+        found = [(SHARED if (folder / "scans.laz").exists() else AGAIN, folder.name) for folder in folders]
+    names = list(buildings.PRESETS)
+    for group, seeds in ((DEVELOPMENT, buildings.DEVELOPMENT_SEEDS), (HELD_BACK, buildings.HELD_BACK_SEEDS)):
+        found += [(group, f"{names[seed % len(names)]}-{seed}") for seed in seeds]
+    return [job for job in found if not wanted or job[1] in wanted]
+
+
+def run(job: tuple[str, str, str, dict[str, Any]]) -> Run:
+    """Plan and score one building."""
+    group, name, change, options = job
+    parameters = Parameters.preset(options["preset"])
+    generated = group in (DEVELOPMENT, HELD_BACK)
+    if change or generated:
+        building = generate(name) if generated else buildings.load_case(CASES / name)
+        if change:
+            building = TRANSFORMS[change](building)
+        evidence = _evidence(building, parameters)
+        truth: Any = building.truth
+    else:
+        evidence = asbuilt.gather_evidence(asbuilt.read(_scans(CASES / name)), parameters.evidence, threads=1)
+        truth = CASES / name / "truth.json"
+    start = time.perf_counter()
+    plan = asbuilt.extract_floor_plan(evidence, parameters)
+    seconds = time.perf_counter() - start
+    return Run(name, group, change, evidence.points, seconds, evaluate(plan, truth).scores)
+
+
+def generate(name: str) -> buildings.Building:
+    """The generated building of a name such as "museum-3"."""
+    preset, seed = name.rsplit("-", 1)
+    return buildings.generate(int(seed), preset=preset)
+
+
+def _scans(folder: Path) -> Path:
+    return next(path for path in (folder / "scans.laz", folder / "scans.e57") if path.exists())
+
+
+def _evidence(building: buildings.Building, parameters: Parameters) -> asbuilt.Evidence:
+    """As from a LAS file: scans are told apart, their positions are not known."""
+    scans = [
+        asbuilt.evidence_from_points(building.points[building.scans == i], parameters.evidence, scan=f"source {i}")
+        for i in range(int(building.scans.max()) + 1)
+    ]
+    return reduce(lambda first, second: first.merged(second), scans)
+
+
+def table(runs: list[Run]) -> str:
+    """One row a building, then the pooled groups."""
+    headings = ["", "points", "s", *(heading for _, heading, *_ in FIGURES)]
+    rows: list[list[str] | None] = []
+    for group in dict.fromkeys(run.group for run in runs):
+        members = [run for run in runs if run.group == group]
+        rows.append([group])
+        rows += [_row(member.name, [member]) for member in sorted(members, key=lambda run: run.name)]
+        rows.append(_row("pooled", members))
+        rows.append([])
+    return _aligned([headings, *rows])
+
+
+def _row(name: str, runs: list[Run]) -> list[str]:
+    values = figures(pool([run.scores for run in runs]).walls["observed"])
+    cells = [_cell(values[figure], digits, scale) for figure, _, digits, scale, _ in FIGURES]
+    return [f"  {name}", str(sum(run.points for run in runs)), f"{sum(run.seconds for run in runs):.1f}", *cells]
+
+
+def side_by_side(runs: list[Run]) -> str:
+    """The pooled figures, a column for each group: a method that was tuned to one of them shows here."""
+    groups = [group for group in (SHARED, DEVELOPMENT, HELD_BACK) if any(run.group == group for run in runs)]
+    scores = [pool([run.scores for run in runs if run.group == group]) for group in groups]
+    values = [figures(score.walls["observed"]) for score in scores]
+    rows = [["pooled", *groups]]
+    for name, heading, digits, scale, _ in FIGURES:
+        rows.append([heading, *(_cell(value[name], digits, scale) for value in values)])
+    for kind in ("doors", "windows", "rooms"):
+        totals = [getattr(score, kind) for score in scores]
+        if any(total is not None for total in totals):
+            rows.append([f"{kind} F", *(_cell(None if t is None else t.to_json()["f"], 3, 1) for t in totals)])
+    return _aligned(rows)
+
+
+def losses(runs: list[Run], worse: list[Run]) -> str:
+    """What the changes to the clouds cost: least F against the same building unchanged, and growth of E_D."""
+    plain = {run.name: figures(run.scores.walls["observed"]) for run in runs}
+    rows = [["change", "F pooled", "F lost at most", "by", "E_D times at most", "by"]]
+    for change in dict.fromkeys(run.change for run in worse):
+        members = [run for run in worse if run.change == change]
+        lost, grown = [], []
+        for member in members:
+            now, before = figures(member.scores.walls["observed"]), plain[member.name]
+            lost.append(((before["f"] or 0.0) - (now["f"] or 0.0), member.name))
+            if now["distance_error"] is not None and before["distance_error"]:
+                grown.append((now["distance_error"] / before["distance_error"], member.name))
+        f = figures(pool([member.scores for member in members]).walls["observed"])["f"]
+        more, by = max(grown, default=(float("nan"), ""))
+        rows.append([change, _cell(f, 3, 1), f"{max(lost)[0]:.3f}", max(lost)[1], f"{more:.2f}", by])
+    return _aligned(rows)
+
+
+def _cell(value: float | None, digits: int, scale: float) -> str:
+    return "-" if value is None else f"{value * scale:.{digits}f}"
+
+
+def _aligned(rows: list[list[str]]) -> str:
+    full = [row for row in rows if len(row) > 1]
+    widths = [max(len(row[i]) for row in full) for i in range(len(full[0]))]
+    lines = []
+    for row in rows:
+        cells = [
+            cell.ljust(width) if i == 0 else cell.rjust(width)
+            for i, (cell, width) in enumerate(zip(row, widths, strict=False))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def report(runs: list[Run], preset: str) -> dict[str, Any]:
+    """All figures, for a file."""
+
+    def pooled(choose: Callable[[Run], str]) -> dict[str, Any]:
+        keys = dict.fromkeys(choose(run) for run in runs)
+        return {
+            key: _rounded(figures(pool([run.scores for run in runs if choose(run) == key]).walls["observed"]))
+            for key in keys
+        }
+
+    return {
+        "command": "python experiments/accuracy.py",
+        "version": asbuilt.__version__,
+        "preset": preset,
+        "pooled": pooled(lambda run: run.group),
+        "buildings": pooled(lambda run: run.name),
+    }
+
+
+def _rounded(values: dict[str, float | None]) -> dict[str, float | None]:
+    return {name: None if value is None else round(value, 6) for name, value in values.items()}
+
+
+def fallen(now: dict[str, Any], kept: dict[str, Any]) -> list[str]:
+    """The pooled figures that are worse than the kept ones, a line each; groups that were not run are left out."""
+    lines = []
+    for group, figures_now in now["pooled"].items():
+        for name, heading, _, _, more_is_better in FIGURES:
+            new, old = figures_now[name], kept["pooled"].get(group, {}).get(name)
+            if old is None:
+                continue
+            slack = SLACK if more_is_better or name == "overlap" else max(SLACK / 10, 0.05 * old)
+            if new is None or (old - new if more_is_better else new - old) > slack:
+                lines.append(f"{group}: {heading} was {old}, is {new}")
+    return lines
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("buildings", nargs="*", help="names of cases and generated buildings; all if none")
+    parser.add_argument("--preset", default="default", help="preset of the parameters: default or paper")
+    parser.add_argument("--worse", action="store_true", help="also with turned, thinned, noisy ... clouds")
+    parser.add_argument("--small", action="store_true", help="with --worse: only the buildings that tests use")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures to a file")
+    parser.add_argument("--keep", action="store_true", help=f"write them to {KEPT.relative_to(ROOT)}")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
+    arguments = parser.parse_args()
+
+    chosen = jobs(arguments.buildings)
+    if not chosen:
+        parser.error(f"no such building; there are {', '.join(name for _, name in jobs([]))}")
+    if not CASES.is_dir():
+        print(f"{CASES} is absent (ASBUILT_CASES names another place): generated buildings only", file=sys.stderr)
+    options = {"preset": arguments.preset}
+    work = [(group, name, "", options) for group, name in chosen]
+    if arguments.worse:
+        changed = [job for job in chosen if job[0] != AGAIN and (not arguments.small or job[1] in SMALL)]
+        work += [(group, name, change, options) for change in TRANSFORMS for group, name in changed]
+    with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as processes:
+        results = list(processes.map(run, work))
+    runs = [run for run in results if not run.change]
+    worse = [run for run in results if run.change]
+    order = [SHARED, AGAIN, DEVELOPMENT, HELD_BACK]
+    runs.sort(key=lambda run: order.index(run.group))
+    print(table(runs))
+    print(side_by_side(runs))
+    if worse:
+        print("\n" + losses(runs, worse))
+
+    figures_now = report(runs, arguments.preset)
+    if arguments.json:
+        arguments.json.write_text(json.dumps(figures_now, indent=1) + "\n", encoding="utf-8")
+    if arguments.keep:
+        KEPT.parent.mkdir(exist_ok=True)
+        KEPT.write_text(json.dumps(figures_now, indent=1) + "\n", encoding="utf-8")
+    elif KEPT.exists() and not arguments.buildings and arguments.preset == "default":
+        lines = fallen(figures_now, json.loads(KEPT.read_text(encoding="utf-8")))
+        print("\n".join(["", "worse than the figures kept:", *lines]) if lines else "\nno figure fell")
+        return 1 if lines else 0
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
