@@ -76,7 +76,7 @@ impl<'a> Lines<'a> {
     }
 
     /// The next line.
-    #[inline]
+    #[inline(always)]
     pub fn next(&mut self) -> Result<Option<Line<'_>>> {
         let at = self.position();
         if at >= self.end {
@@ -98,6 +98,7 @@ impl<'a> Lines<'a> {
     }
 
     /// Read the next block behind what is left of this one. False at the end of the file.
+    #[cold]
     fn fill(&mut self) -> Result<bool> {
         let left = self.filled - self.next;
         if left > LONGEST_LINE {
@@ -190,7 +191,7 @@ impl Columns {
 
     /// The coordinates in a line; `None` if it has too few columns or words where numbers should be. An empty column
     /// is a number that is missing: NaN.
-    #[inline]
+    #[inline(always)]
     pub fn parse(&self, line: Line<'_>) -> Option<[f64; 3]> {
         let Line { padded: text, length, .. } = line;
         let mut point = [0.0; 3];
@@ -223,9 +224,15 @@ impl Columns {
     /// The number at `at`, and where it ends.
     #[inline]
     fn number(&self, text: &[u8], at: usize, length: usize) -> Option<(f64, usize)> {
-        if let Some(found) = decimal(text, at, if self.decimal_comma { b',' } else { b'.' }) {
-            return Some(found);
+        match decimal(text, at, if self.decimal_comma { b',' } else { b'.' }) {
+            None => self.unusual_number(text, at, length),
+            found => found,
         }
+    }
+
+    /// With an exponent or very many digits, not finite, or missing.
+    #[cold]
+    fn unusual_number(&self, text: &[u8], at: usize, length: usize) -> Option<(f64, usize)> {
         let end = self.column_end(text, at, length);
         if end == at && self.delimiter.is_some() {
             return Some((f64::NAN, end));
@@ -278,7 +285,8 @@ fn decimal(text: &[u8], start: usize, point: u8) -> Option<(f64, usize)> {
         return None;
     }
     let value = mantissa as f64 / POWERS[behind];
-    Some((if is_negative { -value } else { value }, at))
+    // A sign is hard to guess: no branch.
+    Some((f64::from_bits(value.to_bits() ^ u64::from(is_negative) << 63), at))
 }
 
 /// `number` with the digits at `at` written behind it (overflowing if they are many), and where they end.
