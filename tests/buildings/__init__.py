@@ -69,15 +69,18 @@ def generate(
     stairs(scene, storeys)
     scene.surroundings(rng, storeys)
     positions, rooms = _stations(rng, storeys, standing, stations)
+    around = _around(rng, storeys[0], style.outside)
+    positions = np.concatenate([positions, around])
     caster, scanner = Caster(scene), scanner or Scanner()
     clouds = [scan(caster, scanner, position, rng) for position in positions]
     points = np.concatenate(clouds)
     index = np.repeat(np.arange(len(clouds), dtype=np.int32), [len(cloud) for cloud in clouds])
+    places = [{"storey": level, "room": room} for level, room in rooms] + [{"storey": 0}] * len(around)
     truth: dict[str, Any] = {
         "case": f"{name}-{seed}",
         "scans": [
-            {"id": i, "position": position.tolist(), "storey": level, "room": room, "points": len(cloud)}
-            for i, (position, (level, room), cloud) in enumerate(zip(positions, rooms, clouds, strict=True))
+            {"id": i, "position": position.tolist(), **place, "points": len(cloud)}
+            for i, (position, place, cloud) in enumerate(zip(positions, places, clouds, strict=True))
         ],
         "storeys": [storey_truth(storey) for storey in storeys],
     }
@@ -130,3 +133,11 @@ def _stations(
                 positions.append([*spot, storey.floor + room.step + rng.uniform(1.35, 1.75)])
                 rooms.append((level, index))
     return np.array(positions), rooms
+
+
+def _around(rng: np.random.Generator, storey: Storey, count: int) -> Array:
+    """Scanner positions (count, 3) on the ground around the house."""
+    path = storey.footprint.buffer(4.0).exterior
+    start = rng.random()
+    spots = [path.interpolate((start + i / count) % 1.0, normalized=True) for i in range(count)]
+    return np.array([[spot.x, spot.y, storey.floor + 1.4] for spot in spots]).reshape(-1, 3)

@@ -51,7 +51,8 @@ class Style:
     """Ranges (m) and chances (0..1) that make the difference between one kind of building and another.
 
     `partitions` are the thicknesses to choose from. `cased` and `tall` are chances of a doorway without leaf and of one
-    up to the ceiling, `niche`, `pilaster` and `closet` of one in a room, `furnished` scales the number of pieces.
+    up to the ceiling, `niche`, `pilaster` and `closet` of one in a room, `furnished` scales the number of pieces,
+    `outside` is how many scans go around the house.
     """
 
     partitions: tuple[float, ...] = (0.06, 0.1, 0.125, 0.24)
@@ -78,6 +79,7 @@ class Style:
     column: float = 0.0
     mirror: float = 0.1
     furnished: float = 1.0
+    outside: int = 0
     kinds: tuple[str, ...] = ("living", "bedroom", "kitchen", "bath", "study")
 
 

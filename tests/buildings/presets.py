@@ -14,7 +14,9 @@ from buildings.layout import cut, divide, inset, round_wall, straight_wall
 from buildings.model import Room, Storey, Style, disc, pieces, tidy
 
 FLAT = Style(mirror=0.15)
-HOUSE = Style(ceilings=(2.45, 2.45, 2.6), bent=0.3, head=(1.98, 2.15), closet=0.4, french=0.35, oblique=0.05)
+HOUSE = Style(
+    ceilings=(2.45, 2.45, 2.6), bent=0.3, head=(1.98, 2.15), closet=0.4, french=0.35, oblique=0.05, step=0.2, outside=6
+)
 OFFICE = Style(
     partitions=(0.08, 0.1, 0.15, 0.2),
     head=(2.05, 2.4),
@@ -38,6 +40,7 @@ MUSEUM = Style(
     tall=0.1,
     ceilings=(3.6, 3.6, 3.2),
     open_ceiling=0.3,
+    step=0.45,
     sill=(0.8, 1.2),
     lintel=(2.4, 3.0),
     niche=0.4,
@@ -49,7 +52,7 @@ MUSEUM = Style(
     kinds=("gallery",),
 )
 OLDTOWN = Style(
-    partitions=(0.12, 0.25, 0.35, 0.45),
+    partitions=(0.12, 0.25, 0.4, 0.6),
     head=(1.95, 2.05),
     door=(0.7, 0.9),
     cased=0.15,

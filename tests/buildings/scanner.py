@@ -37,7 +37,9 @@ class Caster:
 
     def __init__(self, scene: Scene) -> None:
         self.quads, self.cylinders = scene.freeze()
-        self.levels = scene.levels
+        self.levels = [z for _, z in scene.levels]
+        self.rings = np.concatenate([ring for ring, _ in scene.levels])
+        self.ends = np.cumsum([len(ring) for ring, _ in scene.levels])[:-1]
 
     def cast(
         self, origin: Array, azimuth: Array, slope: Array, rng: Generator, beyond: Array | None = None
@@ -66,8 +68,9 @@ class Caster:
             row, column = np.nonzero(stops)
             hit[columns[row], column] = far[columns[row], k]
             which[columns[row], column] = number[row]
-        for ring, z in self.levels:
-            self._level(origin, ray, slope, beyond, ring, z, hit, which)
+        rims = np.split(cross(origin, ray, self.rings), self.ends, axis=1)
+        for far, z in zip(rims, self.levels, strict=True):
+            self._level(z - origin[2], slope, beyond, far, hit, which)
         return hit, which
 
     def _heights(self, number: NDArray[np.int64]) -> tuple[Array, Array, Array]:
@@ -93,28 +96,18 @@ class Caster:
         return np.take_along_axis(far, order, axis=1), order
 
     def _level(
-        self,
-        origin: Array,
-        ray: Array,
-        slope: Array,
-        beyond: Array,
-        ring: Array,
-        z: float,
-        hit: Array,
-        which: NDArray[np.int64],
+        self, rise: float, slope: Array, beyond: Array, far: Array, hit: Array, which: NDArray[np.int64]
     ) -> None:
-        rise = z - origin[2]
+        """Stop rays at a level polygon, `rise` above the scanner, whose rim the columns cross at `far` (n, edges)."""
         rows = np.flatnonzero(slope * rise > 0)
-        distance = rise / slope[rows]
-        far = cross(origin, ray, ring)
         columns = np.flatnonzero(np.isfinite(far).any(axis=1))
         if not len(columns) or not len(rows):
             return
-        far = far[columns]
+        distance = rise / slope[rows]
+        order = np.sort(far[columns], axis=1)
         # an odd number of edges still ahead: the ray comes down inside the ring
         ahead = np.zeros((len(columns), len(rows)), dtype=bool)
-        order = np.sort(far, axis=1)
-        for k in range(int(np.isfinite(far).sum(axis=1).max())):
+        for k in range(int(np.isfinite(order).sum(axis=1).max())):
             ahead ^= np.isfinite(order[:, k, None]) & (order[:, k, None] > distance)
         stops = ahead & (distance < hit[np.ix_(columns, rows)]) & (distance > beyond[columns, None])
         column, row = np.nonzero(stops)

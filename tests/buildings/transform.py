@@ -174,9 +174,12 @@ def add_storey(building: Building, angle: float = 0.6) -> Building:
 def one_scan_per_room(building: Building) -> Building:
     """The first scan of each room alone, and the truth marked again by what it still shows."""
     rooms: dict[Any, int] = {}
-    for entry in building.truth["scans"]:
-        # a truth that does not say the room: one scan in five
-        room = entry.get("room", entry["id"] // 5)
+    entries = building.truth["scans"]
+    told = any("room" in entry for entry in entries)
+    for entry in entries:
+        if told and "room" not in entry:
+            continue  # a scan from outside
+        room = entry["room"] if told else entry["id"] // 5  # a truth that does not say the room: one scan in five
         rooms.setdefault((entry["storey"], room), entry["id"])
     kept = _kept(building, np.isin(building.scans, list(rooms.values())))
     truth = copy.deepcopy(building.truth)

@@ -64,7 +64,8 @@ def _faces(edge: Array, storey: Storey) -> list[list[float]]:
         else:
             faces.append([float(a[0]), float(a[1]), float(b[0]), float(b[1])])
             joined = True
-    return faces
+    # where a doorway ends at the end of a chord nothing but a crumb is left of it
+    return [face for face in faces if np.hypot(face[2] - face[0], face[3] - face[1]) > 0.002]
 
 
 def mark_observed(points: Array, truth: dict[str, Any]) -> None:
