@@ -73,8 +73,9 @@ docs: setup ## the documentation, into out/docs; a warning fails
 bench: setup ## speed: benches of the core crate
 	cargo bench -p asbuilt-core
 
-bench-accuracy: setup ## the accuracy table over the cases
-	$(BIN)/python experiments/accuracy.py
+ACCURACY ?= --worse
+bench-accuracy: setup ## the accuracy tables (an hour; with ACCURACY= a few minutes, without worsened clouds)
+	$(BIN)/python experiments/accuracy.py $(ACCURACY)
 
 experiments: setup ## every table and figure of the paper, into out/experiments
 	for script in experiments/[0-9]*.py; do echo "$$script"; $(BIN)/python "$$script"; done

@@ -23,6 +23,8 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import asbuilt
 from asbuilt import Parameters
 from asbuilt.evaluate import WallTotals, evaluate
@@ -32,6 +34,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))  # the generator belongs to the tests
 
 import buildings  # noqa: E402
+from buildings import Building  # noqa: E402
 from buildings.transform import SMALL, TRANSFORMS  # noqa: E402
 
 KEPT = Path(__file__).resolve().parent / "results" / "accuracy.json"
@@ -86,27 +89,36 @@ def jobs(wanted: list[str]) -> list[tuple[str, str]]:
     return [job for job in found if not wanted or job[1] in wanted]
 
 
-def run(job: tuple[str, str, str, dict[str, Any]]) -> Run:
-    """Plan and score one building."""
-    group, name, change, options = job
-    parameters = Parameters.preset(options["preset"])
-    generated = group in (DEVELOPMENT, HELD_BACK)
-    if change or generated:
-        building = generate(name) if generated else buildings.load_case(CASES / name)
-        if change:
-            building = TRANSFORMS[change](building)
-        evidence = _evidence(building, parameters)
-        truth: Any = building.truth
+def run(job: tuple[str, str, list[str], str]) -> list[Run]:
+    """Plan and score one building, as it is and after each of some changes to its cloud."""
+    group, name, changes, preset = job
+    parameters = Parameters.preset(preset)
+    if group in (DEVELOPMENT, HELD_BACK):
+        building = generate(name)
+        runs = [_run(building, group, "", _evidence(building, parameters), parameters)]
     else:
-        evidence = asbuilt.gather_evidence(asbuilt.read(_scans(CASES / name)), parameters.evidence, threads=1)
-        truth = CASES / name / "truth.json"
+        folder = CASES / name
+        evidence = asbuilt.gather_evidence(asbuilt.read(_scans(folder)), parameters.evidence, threads=1)
+        truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
+        unread = Building(name, *[np.empty(0)] * 3, truth)
+        runs = [_run(unread, group, "", evidence, parameters)]
+        if changes:
+            building = buildings.load_case(folder)
+    for change in changes:
+        changed = TRANSFORMS[change](building)
+        runs.append(_run(changed, group, change, _evidence(changed, parameters), parameters))
+    return runs
+
+
+def _run(building: Building, group: str, change: str, evidence: asbuilt.Evidence, parameters: Parameters) -> Run:
     start = time.perf_counter()
     plan = asbuilt.extract_floor_plan(evidence, parameters)
     seconds = time.perf_counter() - start
-    return Run(name, group, change, evidence.points, seconds, evaluate(plan, truth).scores)
+    scores = evaluate(plan, building.truth).scores
+    return Run(building.name, group, change, evidence.points, seconds, scores)
 
 
-def generate(name: str) -> buildings.Building:
+def generate(name: str) -> Building:
     """The generated building of a name such as "museum-3"."""
     preset, seed = name.rsplit("-", 1)
     return buildings.generate(int(seed), preset=preset)
@@ -116,7 +128,7 @@ def _scans(folder: Path) -> Path:
     return next(path for path in (folder / "scans.laz", folder / "scans.e57") if path.exists())
 
 
-def _evidence(building: buildings.Building, parameters: Parameters) -> asbuilt.Evidence:
+def _evidence(building: Building, parameters: Parameters) -> asbuilt.Evidence:
     """As from a LAS file: scans are told apart, their positions are not known."""
     scans = [
         asbuilt.evidence_from_points(building.points[building.scans == i], parameters.evidence, scan=f"source {i}")
@@ -194,10 +206,10 @@ def _aligned(rows: list[list[str]]) -> str:
     return "\n".join(lines)
 
 
-def report(runs: list[Run], preset: str) -> dict[str, Any]:
+def report(runs: list[Run], worse: list[Run], preset: str) -> dict[str, Any]:
     """All figures, for a file."""
 
-    def pooled(choose: Callable[[Run], str]) -> dict[str, Any]:
+    def pooled(choose: Callable[[Run], str], runs: list[Run] = runs) -> dict[str, Any]:
         keys = dict.fromkeys(choose(run) for run in runs)
         return {
             key: _rounded(figures(pool([run.scores for run in runs if choose(run) == key]).walls["observed"]))
@@ -209,6 +221,7 @@ def report(runs: list[Run], preset: str) -> dict[str, Any]:
         "version": asbuilt.__version__,
         "preset": preset,
         "pooled": pooled(lambda run: run.group),
+        "worse": pooled(lambda run: run.change, worse),
         "buildings": pooled(lambda run: run.name),
     }
 
@@ -220,15 +233,21 @@ def _rounded(values: dict[str, float | None]) -> dict[str, float | None]:
 def fallen(now: dict[str, Any], kept: dict[str, Any]) -> list[str]:
     """The pooled figures that are worse than the kept ones, a line each; groups that were not run are left out."""
     lines = []
-    for group, figures_now in now["pooled"].items():
+    was = kept["pooled"] | kept.get("worse", {})
+    for group, figures_now in (now["pooled"] | now["worse"]).items():
         for name, heading, _, _, more_is_better in FIGURES:
-            new, old = figures_now[name], kept["pooled"].get(group, {}).get(name)
+            new, old = figures_now[name], was.get(group, {}).get(name)
             if old is None:
                 continue
             slack = SLACK if more_is_better or name == "overlap" else max(SLACK / 10, 0.05 * old)
             if new is None or (old - new if more_is_better else new - old) > slack:
                 lines.append(f"{group}: {heading} was {old}, is {new}")
     return lines
+
+
+def _changes(group: str, name: str, arguments: argparse.Namespace) -> list[str]:
+    wanted = arguments.worse and group != AGAIN and (not arguments.small or name in SMALL)
+    return list(TRANSFORMS) if wanted else []
 
 
 def main() -> int:
@@ -247,13 +266,12 @@ def main() -> int:
         parser.error(f"no such building; there are {', '.join(name for _, name in jobs([]))}")
     if not CASES.is_dir():
         print(f"{CASES} is absent (ASBUILT_CASES names another place): generated buildings only", file=sys.stderr)
-    options = {"preset": arguments.preset}
-    work = [(group, name, "", options) for group, name in chosen]
-    if arguments.worse:
-        changed = [job for job in chosen if job[0] != AGAIN and (not arguments.small or job[1] in SMALL)]
-        work += [(group, name, change, options) for change in TRANSFORMS for group, name in changed]
+    work = [(group, name, _changes(group, name, arguments), arguments.preset) for group, name in chosen]
+    results: list[Run] = []
     with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as processes:
-        results = list(processes.map(run, work))
+        for done in processes.map(run, work):
+            results += done
+            print(f"{len(results)} plans, last of {done[0].name}", file=sys.stderr)
     runs = [run for run in results if not run.change]
     worse = [run for run in results if run.change]
     order = [SHARED, AGAIN, DEVELOPMENT, HELD_BACK]
@@ -263,13 +281,13 @@ def main() -> int:
     if worse:
         print("\n" + losses(runs, worse))
 
-    figures_now = report(runs, arguments.preset)
+    figures_now = report(runs, worse, arguments.preset)
     if arguments.json:
         arguments.json.write_text(json.dumps(figures_now, indent=1) + "\n", encoding="utf-8")
     if arguments.keep:
         KEPT.parent.mkdir(exist_ok=True)
         KEPT.write_text(json.dumps(figures_now, indent=1) + "\n", encoding="utf-8")
-    elif KEPT.exists() and not arguments.buildings and arguments.preset == "default":
+    elif KEPT.exists() and not (arguments.buildings or arguments.small) and arguments.preset == "default":
         lines = fallen(figures_now, json.loads(KEPT.read_text(encoding="utf-8")))
         print("\n".join(["", "worse than the figures kept:", *lines]) if lines else "\nno figure fell")
         return 1 if lines else 0

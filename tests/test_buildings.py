@@ -178,7 +178,7 @@ def test_changed_truth_is_still_whole(name: str, flat: Building) -> None:
 
 @pytest.mark.parametrize(
     "change",
-    [lambda b: turn(b, 0.4), shift, scale, lambda b: turn(to_utm(b), 0.0)],
+    [lambda b: turn(b, 0.4), shift, scale, to_utm],
     ids=["turn", "shift", "scale", "utm"],
 )
 def test_truth_moves_with_the_points(change: Any, flat: Building) -> None:
@@ -229,3 +229,16 @@ def test_a_second_storey(flat: Building) -> None:
     marked = {**double.truth, "storeys": [{**upper, "walls": [dict(wall) for wall in upper["walls"]]}]}
     mark_observed(double.points, marked)
     assert np.abs(observed(marked) - observed(flat.truth)).mean() < 0.01
+
+
+def test_leaning_walls_keep_their_place_at_half_height(flat: Building) -> None:
+    double = add_storey(flat)
+    leaning = tilt(double)
+    for storey, before in zip(leaning.truth["storeys"], double.truth["storeys"], strict=True):
+        level = storey["floor"] + storey["height"] / 2
+        slab = np.abs(double.points[:, 2] - level) < 0.05
+        thin_truth = {**leaning.truth, "storeys": [{**storey, "walls": [dict(wall) for wall in storey["walls"]]}]}
+        mark_observed(leaning.points[slab], thin_truth)
+        flat_truth = {**double.truth, "storeys": [{**before, "walls": [dict(wall) for wall in before["walls"]]}]}
+        mark_observed(double.points[slab], flat_truth)
+        assert observed(thin_truth).mean() == pytest.approx(observed(flat_truth).mean(), abs=0.02)

@@ -44,9 +44,6 @@ def load_case(folder: Path) -> Building:
 def moved(building: Building, plan: Plan, lift: Callable[[Any], Any], stretch: float = 1.0) -> Building:
     """`plan` applied to all x, y (n, 2) and `lift` to all heights; `stretch` is what this does to lengths."""
 
-    def line(values: Any) -> list[float]:
-        return plan(np.reshape(values, (-1, 2)).astype(float)).ravel().tolist()
-
     def all_of(points: Array) -> Array:
         return np.column_stack([plan(points[:, :2]), lift(points[:, 2])])
 
@@ -55,19 +52,26 @@ def moved(building: Building, plan: Plan, lift: Callable[[Any], Any], stretch: f
         entry["position"] = all_of(np.array([entry["position"]]))[0].tolist()
     for storey in truth["storeys"]:
         storey["floor"] = float(lift(storey["floor"]))
-        storey["height"] *= stretch
-        for wall in storey["walls"]:
-            wall["p"] = line(wall["p"])
-        storey["jambs"] = [line(jamb) for jamb in storey.get("jambs", ())]
-        for opening in (*storey.get("doors", ()), *storey.get("windows", ())):
-            opening["line"] = line(opening["line"])
-            opening["width"] *= stretch
-        for room in storey.get("rooms", ()):
-            room["polygon"] = np.reshape(line(room["polygon"]), (-1, 2)).tolist()
-            room["area"] *= stretch**2
-        if storey.get("outline"):
-            storey["outline"] = np.reshape(line(storey["outline"]), (-1, 2)).tolist()
+        _move_storey(storey, plan, stretch)
     return replace(building, points=all_of(building.points), positions=all_of(building.positions), truth=truth)
+
+
+def _move_storey(storey: dict[str, Any], plan: Plan, stretch: float = 1.0) -> None:
+    def line(values: Any) -> list[float]:
+        return plan(np.reshape(values, (-1, 2)).astype(float)).ravel().tolist()
+
+    storey["height"] *= stretch
+    for wall in storey["walls"]:
+        wall["p"] = line(wall["p"])
+    storey["jambs"] = [line(jamb) for jamb in storey.get("jambs", ())]
+    for opening in (*storey.get("doors", ()), *storey.get("windows", ())):
+        opening["line"] = line(opening["line"])
+        opening["width"] *= stretch
+    for room in storey.get("rooms", ()):
+        room["polygon"] = np.reshape(line(room["polygon"]), (-1, 2)).tolist()
+        room["area"] *= stretch**2
+    if storey.get("outline"):
+        storey["outline"] = np.reshape(line(storey["outline"]), (-1, 2)).tolist()
 
 
 def turn(building: Building, angle: float) -> Building:
@@ -93,12 +97,23 @@ def scale(building: Building, factor: float = 1.0005) -> Building:
 
 
 def tilt(building: Building, degrees: float = 0.5) -> Building:
-    """The points leaned about the middle of the building: the truth stays, as the plan seen from above nearly does."""
-    centre = np.append(np.median(building.points[:, :2], axis=0), building.truth["storeys"][0]["floor"])
-    a = np.radians(degrees)
-    matrix = np.array([[1, 0, 0], [0, np.cos(a), -np.sin(a)], [0, np.sin(a), np.cos(a)]])
-    points = (building.points - centre) @ matrix.T + centre
-    return replace(building, points=points)
+    """The points leaned about the middle of the lowest storey; the truth is the cut at half height of each storey."""
+    truth = copy.deepcopy(building.truth)
+    angle = np.radians(degrees)
+    middle = [storey["floor"] + storey["height"] / 2 for storey in truth["storeys"]]
+    centre = np.append(np.median(building.points[:, :2], axis=0), middle[0])
+    matrix = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    for storey, height in zip(truth["storeys"], middle, strict=True):
+        lean = np.array([0.0, -(height - centre[2]) * np.sin(angle)])
+
+        def plan(points: Array, lean: Array = lean) -> Array:
+            return (points - centre[:2]) * (1, np.cos(angle)) + centre[:2] + lean
+
+        _move_storey(storey, plan)
+    points, positions = ((part - centre) @ matrix.T + centre for part in (building.points, building.positions))
+    for entry, position in zip(truth.get("scans", ()), positions, strict=True):
+        entry["position"] = position.tolist()
+    return replace(building, points=points, positions=positions, truth=truth)
 
 
 def thin(building: Building, share: float = 0.1, seed: int = 1) -> Building:
