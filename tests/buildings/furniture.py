@@ -14,7 +14,7 @@ from buildings.scene import Scene
 #: kind of room: pieces along its walls as (width, depth, height) ranges, and how often each comes
 ALONG = {
     "wardrobe": ((1.0, 2.4), (0.55, 0.65), (1.9, 2.25)),
-    "built-in": ((1.2, 3.0), (0.4, 0.65), (9.0, 9.0)),
+    "built-in": ((1.2, 3.0), (0.4, 0.65), (0.0, 1.0)),  # the last is how near to the ceiling, see _height
     "shelf": ((0.8, 2.0), (0.25, 0.4), (1.2, 2.1)),
     "desk": ((1.2, 1.8), (0.65, 0.8), (0.74, 0.74)),
     "sofa": ((1.6, 2.4), (0.85, 0.95), (0.8, 0.8)),
@@ -89,7 +89,7 @@ class Furnisher:
     def _along_wall(self, room: Room, widths: tuple, depths: tuple, heights: tuple) -> None:
         width, depth = self.rng.uniform(*widths), self.rng.uniform(*depths)
         clear = self.storey.height if room.ceiling is None else room.ceiling
-        height = min(float(self.rng.uniform(*heights)), clear - room.step)
+        height = min(_height(float(self.rng.uniform(*heights)), heights, clear - room.step), clear - room.step)
         spot = self._spot(room, width, depth, float(self.rng.choice([0.0, 0.01, 0.04])))
         if spot is None:
             return
@@ -241,3 +241,10 @@ class Furnisher:
             if all(room.polygon.contains(Point(end)) for end in (cloth[0], cloth[-1])):
                 for a, b in itertools.pairwise(cloth):
                     self.scene.wall(a, b, bottom, top, solid=0.95)
+
+
+def _height(drawn: float, heights: tuple, clear: float) -> float:
+    """Built-in cupboards: one in four reaches the ceiling, and nobody could tell it from a wall; most leave a gap."""
+    if heights != ALONG["built-in"][2]:
+        return drawn
+    return clear if drawn < 0.25 else clear - 0.05 - 0.25 * drawn
