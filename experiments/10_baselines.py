@@ -1,0 +1,129 @@
+"""The systems that the paper names, and asbuilt, on the same storeys through the same scorer: one table.
+
+Each runs in a process of its own. Its time is from points in memory to segments; asbuilt's is from the file, decoding
+included. Memory is the peak of the whole process, points and libraries included. All get the storeys that
+`find_storeys` found. ``python experiments/10_baselines.py NAME ...`` runs some and keeps the other rows.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import time
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+import asbuilt
+import common
+from baselines import BASELINES
+from common import CASES, load_case
+from points import storey_cloud
+
+PRESETS = ("paper", "default")
+STORED = common.RESULTS / "10_baselines.json"
+
+
+def main() -> None:
+    names = [*BASELINES, *(f"asbuilt, {preset}" for preset in PRESETS)]
+    wanted = sys.argv[1:] or names
+    kept = json.loads(STORED.read_text(encoding="utf-8"))["results"] if STORED.exists() and sys.argv[1:] else {}
+    for case in CASES:  # read before anything is timed
+        for level in load_case(case).levels:
+            storey_cloud(load_case(case), level)
+    load_case.cache_clear()
+    results = {name: _row(name) if name in wanted else kept[name] for name in names if name in wanted or name in kept}
+    tuned = {name: baseline.parameters for name, baseline in BASELINES.items() if baseline.grid}
+    presets = {preset: asbuilt.Parameters.preset(preset).as_dict() for preset in PRESETS}
+    common.write_result("10_baselines", results, {"tuned": tuned, "asbuilt": presets})
+    _write_table(results)
+
+
+def _row(name: str) -> dict[str, Any]:
+    runs = {case: _in_own_process(name, case) for case in CASES}
+    scores = {(case, i): totals for case, (all_totals, _, _) in runs.items() for i, totals in enumerate(all_totals)}
+    row = {
+        **common.by_storey(scores),
+        "seconds": {case: round(seconds, 2) for case, (_, seconds, _) in runs.items()},
+        "megabytes": {case: round(megabytes) for case, (_, _, megabytes) in runs.items()},
+    }
+    pooled = row["pooled"]["observed"]
+    print(f"{name}: F {pooled['f']:.3f}, E_D {pooled['distance_error']}, {row['seconds']}", flush=True)
+    return row
+
+
+def _in_own_process(name: str, case: str) -> tuple[list[common.Totals], float, float]:
+    context = get_context("fork")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_run, args=(name, case, theirs))
+    process.start()
+    theirs.close()
+    result = ours.recv()
+    process.join()
+    return result  # type: ignore[no-any-return]
+
+
+def _run(name: str, case_name: str, connection: Connection) -> None:
+    run = _run_asbuilt if name not in BASELINES else _run_baseline
+    segments, seconds = run(name, case_name)
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
+    case = load_case(case_name)
+    totals = [common.score(case, level, segments[level.index]) for level in case.levels]
+    connection.send((totals, seconds, peak))
+
+
+def _run_baseline(name: str, case_name: str) -> tuple[list[np.ndarray], float]:
+    baseline, case = BASELINES[name], load_case(case_name)
+    parameters, seconds, found = baseline.parameters, 0.0, []
+    for level in case.levels:
+        cloud = storey_cloud(case, level)
+        start = time.perf_counter()
+        found.append(baseline.find(cloud, **parameters))
+        seconds += time.perf_counter() - start
+    return found, seconds
+
+
+def _run_asbuilt(name: str, case_name: str) -> tuple[list[np.ndarray], float]:
+    parameters = asbuilt.Parameters.preset(name.removeprefix("asbuilt, "))
+    start = time.perf_counter()
+    plan = asbuilt.extract_floor_plan(common.case_folder(case_name) / "scans.laz", parameters)
+    seconds = time.perf_counter() - start
+    faces = [[(*face.start, *face.end) for face in storey.wall_faces] for storey in plan]
+    return [np.array(lines, dtype=float).reshape(-1, 4) for lines in faces], seconds
+
+
+def _write_table(results: dict[str, Any]) -> None:
+    rows = []
+    for name, row in results.items():
+        observed, everything = row["pooled"]["observed"], row["pooled"]["all"]
+        baseline = BASELINES.get(name)
+        ours = "Okorn et al." if name.endswith("paper") else "-"
+        rows.append(
+            (
+                name,
+                baseline.reference if baseline else ours,
+                "tuned" if baseline and baseline.grid else "defaults",
+                observed["precision"],
+                observed["recall"],
+                observed["f"],
+                everything["f"],
+                *(f"{row['cases'][case]['pooled']['observed']['f']:.3f}" for case in CASES),
+                None if observed["distance_error"] is None else f"{1000 * observed['distance_error']:.1f}",
+                None if observed["orientation_error_deg"] is None else f"{observed['orientation_error_deg']:.2f}",
+                None if observed["over_segmentation"] is None else f"{observed['over_segmentation']:.2f}",
+                observed["overlap"],
+                f"{sum(row['seconds'].values()):.0f}",
+                f"{max(row['megabytes'].values()):,}",
+            )
+        )
+    heading = ["system", "paper's reference", "parameters", "P", "R", "F observed", "F all"]
+    heading += [f"F {case}" for case in CASES]
+    heading += ["E_D, mm", "E_Theta, °", "E_OS", "E_OL", "time, s", "peak memory, MB"]
+    common.write_table("10_baselines", heading, rows)
+
+
+if __name__ == "__main__":
+    main()

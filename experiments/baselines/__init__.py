@@ -1,0 +1,94 @@
+"""The systems that the paper names, as baselines: name -> function(storey's points) -> wall segments (n, 4), m.
+
+`BASELINES` lists them. Those with a `grid` were tuned by ``python experiments/baselines/tune.py``, which writes
+`tuned.json`; the others run at published defaults, or, where those are relative to a small scene, at the values that
+their docstrings give.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from asbuilt.grid import FloatArray
+from baselines import images, planes, scan_lines
+
+TUNED = Path(__file__).with_name("tuned.json")
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A system, the paper's reference to it, the library that does the work, and the values it is tuned over."""
+
+    name: str
+    reference: str
+    find: Callable[..., FloatArray]
+    library: str
+    grid: dict[str, list[Any]] = field(default_factory=dict)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The tuned values; empty at defaults."""
+        if not self.grid:
+            return {}
+        return dict(json.loads(TUNED.read_text(encoding="utf-8"))["parameters"][self.name])
+
+
+_SCAN = {"height": [1.0, 1.5, 1.95], "tolerance": [0.03, 0.06], "min_length": [0.2, 0.4, 0.8]}
+BASELINES = {
+    baseline.name: baseline
+    for baseline in (
+        Baseline(
+            "batch Hough of a slice",
+            "[4]",
+            images.batch_hough,
+            "scikit-image",
+            {"height": [1.5, 1.95], "votes": [15, 30, 60], "gap": [0.3, 0.7], "min_length": [0.4, 0.8]},
+        ),
+        Baseline("iterative end-point fit", "[2]", scan_lines.iterative_end_point_fit, "scikit-image", _SCAN),
+        Baseline("split and merge", "[7]", scan_lines.split_and_merge, "numpy", _SCAN),
+        Baseline("RANSAC lines", "[6]", scan_lines.ransac_lines, "numpy", {**_SCAN, "least": [12, 30, 60]}),
+        Baseline(
+            "line scanner at 30 cm",
+            "[6, 7]",
+            scan_lines.line_scanner,
+            "numpy",
+            {"tolerance": [0.03, 0.06], "min_length": [0.2, 0.4, 0.8]},
+        ),
+        Baseline(
+            "farthest points",
+            "[12]",
+            scan_lines.farthest_points,
+            "numpy",
+            {"tolerance": [0.03, 0.06], "min_length": [0.3, 0.6, 1.0]},
+        ),
+        Baseline("RANSAC planes", "[8]", planes.ransac_planes, "numpy, Open3D's normals"),
+        Baseline(
+            "region growing",
+            "[3]",
+            planes.planar_patches,
+            "Open3D",
+            {"normal_variance_deg": [30, 60], "coplanarity_deg": [60, 75], "least": [60, 200]},
+        ),
+        Baseline("plane sweep", "[1, 5]", planes.plane_sweep, "scipy"),
+        Baseline("Hough planes", "[10]", planes.hough_planes, "numpy"),
+        Baseline("EM planes", "[11]", planes.em_planes, "numpy"),
+        Baseline(
+            "probabilistic Hough, 2 cm image",
+            "-",
+            images.probabilistic_hough,
+            "OpenCV",
+            {"share": [0.1, 0.2, 0.4], "votes": [20, 40], "gap": [0.2, 0.5], "min_length": [0.3, 0.6]},
+        ),
+        Baseline(
+            "LSD, 2 cm image",
+            "-",
+            images.line_segment_detector,
+            "OpenCV",
+            {"share": [0.05, 0.1, 0.2, 0.4], "gap": [0.2, 0.5], "min_length": [0.2, 0.4]},
+        ),
+    )
+}
