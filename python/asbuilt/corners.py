@@ -60,6 +60,35 @@ def close_corners(
     ]
 
 
+def drop_columns(faces: list[Face], across: float = 1.2) -> list[Face]:
+    """Leave out faces that stand about a column: joined to one another only, all within `across` m."""
+    tips: dict[tuple[float, float], list[int]] = {}
+    for i, face in enumerate(faces):
+        for tip in (face.start, face.end):
+            tips.setdefault((round(float(tip[0]), 6), round(float(tip[1]), 6)), []).append(i)
+    group = list(range(len(faces)))
+
+    def root(i: int) -> int:
+        while group[i] != i:
+            i = group[i]
+        return i
+
+    for together in tips.values():
+        for i in together[1:]:
+            group[root(i)] = root(together[0])
+    members: dict[int, list[Face]] = {}
+    for i, face in enumerate(faces):
+        members.setdefault(root(i), []).append(face)
+    columns = set()
+    for key, loop in members.items():
+        points = np.array([tip for face in loop for tip in (face.start, face.end)])
+        # The middle of a column lies behind all of its faces.
+        behind = all(float((points.mean(axis=0) - face.start) @ face.normal) < 0 for face in loop)
+        if len(loop) >= 2 and behind and np.ptp(points, axis=0).max() < across:
+            columns.add(key)
+    return [face for i, face in enumerate(faces) if root(i) not in columns]
+
+
 def find_meetings(
     faces: list[Face], elevations: Elevations, scores: FloatArray, parameters: WallParameters
 ) -> list[Meeting]:

@@ -50,6 +50,7 @@ class Elevations:
     front : (m,) 0..2; how much of floor and ceiling reaches the plane from the front.
     ceiling_behind, floor_behind : (m,) 0..1; how much of them goes on just behind the plane.
     low_behind : (m,) 0..1; whether low things stand just behind the plane, where a wall's body would be.
+    partition : (n,) whether a line is a face of a free-standing partition.
     """
 
     lines: FloatArray
@@ -63,14 +64,15 @@ class Elevations:
     ceiling_behind: FloatArray
     floor_behind: FloatArray
     low_behind: FloatArray
+    partition: BoolArray
 
     def position(self, line: int) -> FloatArray:
         """Middle of each step along a line, m from its start."""
         return (np.arange(self.first[line + 1] - self.first[line]) + 0.5) * self.step - MARGIN
 
 
-def draw_elevations(lines: FloatArray, voxels: StoreyVoxels) -> Elevations:
-    """The elevations of lines (n, 4), m from the storey's origin."""
+def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels) -> Elevations:
+    """The elevations of lines (n, 4), m from the storey's origin, of which some are partitions' (n,)."""
     step = voxels.voxel
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
     counts = np.ceil((length + 2 * MARGIN) / step).astype(np.int64)
@@ -126,6 +128,7 @@ def draw_elevations(lines: FloatArray, voxels: StoreyVoxels) -> Elevations:
         ceiling_behind=share(at_ceiling_front & back),
         floor_behind=share(on_floor & back),
         low_behind=share(low, least=2),
+        partition=partition,
     )
 
 

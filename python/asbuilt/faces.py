@@ -67,7 +67,10 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     room_goes_on = (elevations.ceiling_behind > 0.35) & (elevations.front > 0.35) & (upper < 0.25)
     score = np.where(room_goes_on, -2.0, score)
     opening = (lower < 0.15) & ((elevations.floor_behind > 0.3) | (elevations.low_behind > 0.3))
-    return np.where(opening, -1.5, score)
+    score = np.where(opening, -1.5, score)
+    # About a partition one can walk, and see over it: its own filling alone counts.
+    partition = np.repeat(elevations.partition, np.diff(elevations.first))
+    return np.where(partition, 1.5 * lower - 0.6, score)
 
 
 def closed(elevations: Elevations, part: str, parameters: WallParameters) -> FloatArray:
@@ -94,7 +97,7 @@ def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParam
         position = elevations.position(line)
         for low, high, score in maximal_runs(scores[first:last], parameters.min_score, parameters.drop):
             steps = slice(first + low, first + high)
-            if not _looks_like_a_wall(elevations, steps, under_ceiling[steps]):
+            if not elevations.partition[line] and not _looks_like_a_wall(elevations, steps, under_ceiling[steps]):
                 continue
             ends = [start + (position[low] - elevations.step / 2) * along]
             ends.append(start + (position[high - 1] + elevations.step / 2) * along)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from asbuilt.corners import close_corners
+from asbuilt.corners import close_corners, drop_columns
 from asbuilt.cross_sections import select_cross_sections
 from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
@@ -17,6 +17,7 @@ from asbuilt.ground import ground_plane_histogram
 from asbuilt.lines import detect_lines
 from asbuilt.orientation import dominant_orientations, snap_to
 from asbuilt.params import Parameters
+from asbuilt.partitions import find_partitions
 from asbuilt.plan import FloorPlan, Storey, WallFace
 from asbuilt.profiles import columns, storey_voxels
 from asbuilt.read import PathLike, PointCloud, read
@@ -86,10 +87,10 @@ def _plan_by_profiles(
     """Not in the paper: walls by what stands from floor to ceiling, fitted to the points."""
     voxels = storey_voxels(evidence, level, above)
     lines = find_wall_lines(columns(voxels), voxels, parameters.walls)
-    elevations = draw_elevations(lines, voxels)
+    elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
     scores = score_steps(elevations, parameters.walls)
     faces = snap_to_jambs(drop_doubles(find_faces(elevations, scores, parameters.walls)), voxels)
-    faces = close_corners(faces, elevations, scores, parameters.walls)
+    faces = drop_columns(close_corners(faces, elevations, scores, parameters.walls))
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
     return Storey(level.index, level.floor, level.ceiling, None, measure_faces(faces, voxels, level.index))

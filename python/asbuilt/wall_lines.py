@@ -2,7 +2,7 @@
 
 The paper's Hough transform over all cells of a storey is as coarse as its bins. Here lines are traced from place to
 place (`asbuilt._core.trace_lines`), joined where they continue each other, and fitted to the means of the voxels
-along them. A partition whose two faces share voxels shows in the voxels' second moments, and is taken apart.
+along them.
 """
 
 from __future__ import annotations
@@ -85,3 +85,4 @@ def fit_lines(lines: FloatArray, xy: FloatArray, weights: FloatArray, band: floa
         last = (mean_offset + slope * (length - mean_along))[:, None] * normal
         lines = lines + np.hstack([first, last])
     return lines
+

@@ -1,0 +1,162 @@
+"""Free-standing partitions (not in the paper): walls about which one can walk, thin, often lower than the ceiling.
+
+What tells them from furniture is that both faces are seen, a hand's breadth apart, over a good length and height, with
+floor before either. Where the two faces share voxels, the voxels' second moments take them apart.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt import _core
+from asbuilt.elevations import BoolArray
+from asbuilt.grid import FloatArray
+from asbuilt.profiles import StoreyVoxels
+
+_MIN_LENGTH = 1.5
+"""Shorter things that stand free are furniture, m."""
+_MAX_THICKNESS = 0.2
+"""Thicker things that stand free are furniture, m."""
+_HEIGHTS = (0.3, 1.6)
+"""A partition is filled from and to these heights, m."""
+_DOOR_HEIGHT = 1.95
+"""A screen lower than this is furniture, unless it is long and thick, m."""
+_SHARED = 0.09
+"""The faces of a partition thinner than this share voxels, m."""
+
+
+def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray, BoolArray]:
+    """Lines (n, 4), m, with those inside very thin partitions replaced by one for each face; and which are partitions' (n,).
+
+    Without voxels or lines nothing changes.
+    """
+    partition = np.zeros(len(lines), dtype=np.bool_)
+    replaced = partition.copy()
+    faces: list[FloatArray] = []
+    length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    line, voxel, along, offset = _core.strips(voxels.xy, lines, _MAX_THICKNESS + 0.15, 0.1)
+    z = voxels.z[voxel]
+    first = np.searchsorted(line, np.arange(len(lines) + 1))
+    for i in np.flatnonzero(length >= _MIN_LENGTH):
+        here = slice(first[i], first[i + 1])
+        if replaced[i] or partition[i]:
+            continue
+        planes = _two_planes(lines[i], z[here], along[here], offset[here], voxels.covariance[voxel[here]])
+        top = _top(z[here], offset[here])
+        if planes is None and _DOOR_HEIGHT < top < voxels.height - 0.3:
+            planes = _screen(length[i], z[here], along[here], offset[here])
+        elif planes is not None and not _stands_free(planes, length[i], z[here], along[here], offset[here], voxels.height):
+            continue
+        if planes is None or (
+            top < _DOOR_HEIGHT
+            and (length[i] < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)
+        ):
+            continue
+        direction = (lines[i, 2:] - lines[i, :2]) / length[i]
+        normal = np.array([-direction[1], direction[0]])
+        relative = lines.reshape(-1, 2, 2) - lines[i, :2]
+        place, aside = relative @ direction, relative @ normal
+        same = (np.abs(aside - planes.mean()) < np.ptp(planes) / 2 + 0.04).all(axis=1)
+        same &= (place > -0.3).all(axis=1) & (place < length[i] + 0.3).all(axis=1)
+        if np.ptp(planes.mean(axis=1)) < _SHARED:
+            replaced |= same
+            faces += [lines[i] + np.concatenate([plane[0] * normal, plane[1] * normal]) for plane in planes]
+        else:
+            partition |= same
+    kept = ~replaced
+    marked = np.concatenate([np.ones(len(faces), dtype=np.bool_), partition[kept]])
+    return np.concatenate([np.array(faces).reshape(-1, 4), lines[kept]]), marked
+
+
+def _two_planes(
+    line: FloatArray, z: FloatArray, along: FloatArray, offset: FloatArray, covariance: FloatArray
+) -> FloatArray | None:
+    """Offsets from the line at its start and end (2 planes, 2) of two parallel planes that its voxels lie on, m.
+
+    If planes lie at c - a and c + a, a voxel of mean offset y has the second moment ``a^2 - c^2 + 2 c y`` whatever its
+    share of either: a regression of second moments on means gives both, even if every voxel holds points of both.
+    """
+    length = float(np.hypot(*(line[2:] - line[:2])))
+    nx, ny = (line[1] - line[3]) / length, (line[2] - line[0]) / length
+    standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1]) & (np.abs(offset) < _MAX_THICKNESS)
+    if standing.sum() < 50:
+        return None
+    y, s = offset[standing], along[standing] / length - 0.5
+    second = y**2 + np.array([nx**2, 2 * nx * ny, ny**2]) @ covariance[standing].T
+    # The planes may be turned against the line: c is linear along it, and so are its products.
+    terms = np.column_stack([np.ones_like(y), y, s * y, s, s**2])
+    (constant, middle, turn, *_), *_ = np.linalg.lstsq(terms, second, rcond=None)
+    middle, turn = middle / 2, turn / 2
+    half = np.sqrt(max(constant + middle**2, 0.0))
+    share = np.mean(y - middle - turn * s) / max(half, 1e-6)
+    if not 0.015 < half < _MAX_THICKNESS / 2 or abs(share) > 0.7:
+        return None
+    centre = np.array([middle - turn / 2, middle + turn / 2])
+    return np.stack([centre - half, centre + half])
+
+
+def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray) -> FloatArray | None:
+    """Offsets (1 or 2 planes, 2) of the faces of a screen of which only the front is seen, m; None for other things.
+
+    A cupboard shows its sides where it shows its front; a screen has none. Its end, where seen, shows how thick it is.
+    """
+    standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1])
+    on_floor = np.abs(z) < 0.08
+
+    def covered(chosen: BoolArray, low: float = 0.0, high: float = length) -> float:
+        chosen = chosen & (along >= low) & (along < high)
+        return len(np.unique((along[chosen] / 0.1).astype(np.int64))) * 0.1 / (high - low)
+
+    front = max((1, -1), key=lambda sign: covered(on_floor & (sign * offset > 0.03) & (sign * offset < 0.13)))
+    behind = -front * offset
+    if length < 2.5 or covered(on_floor & (behind < -0.03) & (behind > -0.13)) < 0.7:
+        return None
+    if covered(standing & (np.abs(offset) < 0.03)) < 0.9:
+        return None
+    body = standing & (behind > 0.1) & (behind < 0.35)
+    open_ends = [
+        tip
+        for tip, low in ((0.0, 0.0), (length, length - 1.0))
+        if (body & (np.abs(along - tip) < 0.08)).sum() <= 5 and covered(body, low, low + 1.0) < 0.1
+    ]
+    if not open_ends:
+        return None
+    caps = [behind[standing & (np.abs(along - tip) < 0.06) & (behind > -0.03) & (behind < 0.15)] for tip in open_ends]
+    thickness = max((float(np.percentile(cap, 95)) for cap in caps if len(cap)), default=0.0)
+    faces = [0.0] if thickness < 0.025 else [0.0, -front * thickness]
+    return np.array([[face, face] for face in faces])
+
+
+def _top(z: FloatArray, offset: FloatArray) -> float:
+    """Height to which the middle of a line is filled, m."""
+    filled = np.bincount((z[(np.abs(offset) < 0.05) & (z > 0)] / 0.1).astype(np.int64))
+    usual = np.median(filled[3:16]) if len(filled) > 16 else 0
+    gaps = np.flatnonzero(filled[3:] < 0.3 * usual)
+    return 0.1 * (3 + int(gaps[0]) if len(gaps) else len(filled))
+
+
+def _stands_free(
+    planes: FloatArray, length: float, z: FloatArray, along: FloatArray, offset: FloatArray, height: float
+) -> bool:
+    """Whether floor comes close on both sides, both faces are filled, and the whole is lower than the ceiling."""
+    s = along / length
+    faces = planes[:, [0]] + s * (planes[:, [1]] - planes[:, [0]])
+    outside = np.stack([faces[0] - offset, offset - faces[1]])
+    steps = max(int(length / 0.25), 1)
+
+    def covered(chosen: BoolArray) -> float:
+        return len(np.unique((s[chosen] * steps).astype(np.int64))) / (steps + 1)
+
+    standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1])
+    floor = [covered((np.abs(z) < 0.08) & (out > 0.03) & (out < 0.13)) for out in outside]
+    filled = [covered(standing & (np.abs(out) < 0.03)) for out in outside]
+    inside = (outside < 0.02).all(axis=0)
+    before = (standing & ~inside & (np.abs(offset) < _MAX_THICKNESS)).sum()
+    under_ceiling = (inside & (z > height - 0.6) & (z < height - 0.15)).sum()
+    thin = np.ptp(planes.mean(axis=1)) < _SHARED
+    return bool(
+        min(floor) > 0.5
+        and min(filled) > 0.7
+        and before < (standing & inside).sum()
+        and (thin or under_ceiling < 0.1 * (standing & inside).sum())
+    )
