@@ -67,7 +67,8 @@ def generate(
             furnisher.furnish()
         standing.append(furnisher.stands)
     stairs(scene, storeys)
-    scene.surroundings(rng, storeys)
+    # a house that was scanned from outside stands alone: else the neighbours would be walls of no truth
+    scene.surroundings(rng, storeys, street=style.outside == 0)
     positions, rooms = _stations(rng, storeys, standing, stations)
     around = _around(rng, storeys[0], style.outside)
     positions = np.concatenate([positions, around])

@@ -108,8 +108,8 @@ class Scene:
                 for a, b in _shared(room.polygon, opening.passage):
                     self.wall(a, b, storey.floor + room.step, bottom)
 
-    def surroundings(self, rng: np.random.Generator, storeys: list[Storey]) -> None:
-        """Ground outside, and fronts of the houses across the street."""
+    def surroundings(self, rng: np.random.Generator, storeys: list[Storey], *, street: bool) -> None:
+        """Ground outside, and fronts of the houses across the `street` if there is one."""
         ground = storeys[0].floor - 0.25
         whole = unary_union([storey.footprint for storey in storeys])
         x0, y0, x1, y1 = whole.bounds
@@ -121,7 +121,8 @@ class Scene:
                 np.hypot(x1 - x0, y1 - y0) / 2 + rng.uniform(4, 10)
             )
             along = np.array([-out[1], out[0]]) * rng.uniform(4, 9)
-            self.wall(centre - along, centre + along, ground, ground + rng.uniform(5, 9))
+            height = rng.uniform(5, 9) if street else 0.0
+            self.wall(centre - along, centre + along, ground, ground + height)
 
     def freeze(self) -> tuple[Array, Array]:
         """Quads (n, 11): x1, y1, x2, y2, z0, z1, solid, arc x, y, radius, mirror; cylinders (n, 5)."""
