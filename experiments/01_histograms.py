@@ -97,20 +97,18 @@ def _draw_ground_plane() -> None:
     case = load_case("school")
     histogram = common.paper_histogram(case, case.levels[1])
     x0, x1, y0, y1 = histogram.grid.extent
-    room = case.storey_of(case.levels[1]).rooms[1]
-    ring = np.array(room.ring)
     figure = Figure(figsize=(9, 4.4), layout="constrained")
     for axes, title in zip(figure.subplots(1, 2), ("one room (figure 3)", "first floor (figure 1b)"), strict=True):
         axes.imshow(histogram.counts.T, origin="lower", extent=(x0, x1, y0, y1), cmap="gray_r", vmax=9)
         axes.set_title(title, fontsize=10)
         axes.set_axis_off()
-    low, high = ring.min(axis=0) - 0.8, ring.max(axis=0) + 0.8
+    low, high = common.class_room(case, case.levels[1])
     figure.axes[0].set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     walls = case.storey_of(case.levels[1]).lines.reshape(-1, 2)
     figure.axes[1].set(
         xlim=(walls[:, 0].min() - 1, walls[:, 0].max() + 1), ylim=(walls[:, 1].min() - 1, walls[:, 1].max() + 1)
     )
-    common.write_picture("figure_03_ground_plane", figure, colours=16)
+    common.write_picture("figure_03_ground_plane", figure)
 
 
 def _draw_orientations() -> None:

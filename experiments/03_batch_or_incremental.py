@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 import common
@@ -93,15 +92,14 @@ def _draw_room() -> None:
     case = load_case("school")
     level = case.levels[1]
     truth = case.storey_of(level)
-    ring = np.array(truth.rooms[1].ring)
-    low, high = ring.min(axis=0) - 0.8, ring.max(axis=0) + 0.8
+    low, high = common.class_room(case, level)
     figure = Figure(figsize=(9, 3.2), layout="constrained")
     for axes, sigmas in zip(figure.subplots(1, 3), (0.5, 2.5, 6.0), strict=True):
         parameters = PAPER.replace(lines={"sigmas": sigmas})
         segments = common.paper_segments(common.paper_histogram(case, level, parameters), parameters)
         common.draw_plan(axes, segments, truth.lines, f"threshold {sigmas:g} sigma")
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    common.write_picture("figure_08_room", figure, colours=32)
+    common.write_picture("figure_08_room", figure)
 
 
 def _draw_floor(batch: dict[str, Any]) -> None:
@@ -116,7 +114,7 @@ def _draw_floor(batch: dict[str, Any]) -> None:
         segments = common.paper_segments(common.paper_histogram(case, level, parameters), parameters)
         f = common.score(case, level, segments)["all"].f
         common.draw_plan(axes, segments, truth.lines, f"{name}: F = {f:.3f} (all)")
-    common.write_picture("figure_08_09_plans", figure, dpi=90, colours=32)
+    common.write_picture("figure_08_09_plans", figure, dpi=90)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from asbuilt.storeys import HeightHistogram, Level, find_floor_and_ceiling
 from common import PAPER, VOXEL, load_case
 
 COUNTS = ("voxels", "points", "inverse density")
-THRESHOLDS = [1.0, 1.5, 2.0, 2.5, 3.0]
+THRESHOLDS = [1.0, 2.0, 2.5]
 HEIGHTS = {"nine lowest slices": "lowest", "all but floor and ceiling": "removed", "all, floor and ceiling too": "kept"}
 
 

@@ -141,7 +141,7 @@ def _draw_slices() -> None:
     ):
         f = common.score(case, level, segments)["observed"].f
         common.draw_plan(axes, segments, case.storey_of(level).lines, f"{title}: F = {f:.3f}")
-    common.write_picture("figure_10bc_plans", figure, dpi=90, colours=32)
+    common.write_picture("figure_10bc_plans", figure, dpi=90)
 
 
 if __name__ == "__main__":

@@ -167,7 +167,7 @@ def _draw_labels(plans: dict[tuple[str, int], FloatArray]) -> None:
             Drawing(tuple(_drawing(level, plans[name, level.index]) for level in case.levels), frozenset(), name),
             case.truth,
         )
-        common.write_picture(f"figure_11_{name}", draw_evaluation(evaluation, "all"), dpi=60, colours=32)
+        common.write_picture(f"figure_11_{name}", draw_evaluation(evaluation, "all"), dpi=60)
 
 
 def _drawing(level: Level, segments: FloatArray) -> DrawingStorey:

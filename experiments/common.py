@@ -261,7 +261,7 @@ def _cell(value: Any) -> str:
     return f"{value:.3f}" if isinstance(value, float) else str(value)
 
 
-def write_picture(name: str, figure: Figure, dpi: int = 80, colours: int = 64) -> None:
+def write_picture(name: str, figure: Figure, dpi: int = 80, colours: int = 128) -> None:
     """Write results/NAME.png with few colours, so that it stays small."""
     from PIL import Image
 
@@ -277,6 +277,15 @@ def draw_plan(axes: Any, segments: FloatArray, truth: FloatArray, title: str) ->
     draw_segments(axes, truth, "#c8c8c8", 2.2)
     draw_segments(axes, segments, "#1f4fa3", 0.9)
     axes.set_title(title, fontsize=9)
+    low, high = truth.reshape(-1, 2).min(axis=0) - 1, truth.reshape(-1, 2).max(axis=0) + 1
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+
+
+def class_room(case: Case, level: Level) -> tuple[FloatArray, FloatArray]:
+    """Corners (x, y), m, of the rectangle around a storey's first class room: the one room of figures 3 and 8."""
+    room = next(room for room in case.storey_of(level).rooms if room.properties.get("kind") == "class")
+    ring = np.array(room.ring)
+    return ring.min(axis=0) - 0.8, ring.max(axis=0) + 0.8
 
 
 def draw_segments(axes: Any, segments: FloatArray, colour: str, width: float = 1.0, label: str | None = None) -> None:

@@ -37,7 +37,7 @@ class Baseline:
         return dict(json.loads(TUNED.read_text(encoding="utf-8"))["parameters"][self.name])
 
 
-_SCAN = {"height": [1.0, 1.5, 1.95], "tolerance": [0.03, 0.06], "min_length": [0.2, 0.4, 0.8]}
+_SCAN = {"height": [1.5, 1.95, 2.4, 2.7], "tolerance": [0.03, 0.06, 0.1], "min_length": [0.2, 0.4, 0.8]}
 BASELINES = {
     baseline.name: baseline
     for baseline in (
@@ -46,24 +46,24 @@ BASELINES = {
             "[4]",
             images.batch_hough,
             "scikit-image",
-            {"height": [1.5, 1.95], "votes": [15, 30, 60], "gap": [0.3, 0.7], "min_length": [0.4, 0.8]},
+            {"height": [1.5, 1.95, 2.4], "votes": [30, 60, 120], "gap": [0.3, 0.7], "min_length": [0.8, 1.2]},
         ),
         Baseline("iterative end-point fit", "[2]", scan_lines.iterative_end_point_fit, "scikit-image", _SCAN),
         Baseline("split and merge", "[7]", scan_lines.split_and_merge, "numpy", _SCAN),
-        Baseline("RANSAC lines", "[6]", scan_lines.ransac_lines, "numpy", {**_SCAN, "least": [12, 30, 60]}),
+        Baseline("RANSAC lines", "[6]", scan_lines.ransac_lines, "numpy", {**_SCAN, "least": [8, 12, 30]}),
         Baseline(
             "line scanner at 30 cm",
             "[6, 7]",
             scan_lines.line_scanner,
             "numpy",
-            {"tolerance": [0.03, 0.06], "min_length": [0.2, 0.4, 0.8]},
+            {"tolerance": [0.03, 0.06, 0.1], "min_length": [0.2, 0.4, 0.8]},
         ),
         Baseline(
             "farthest points",
             "[12]",
             scan_lines.farthest_points,
             "numpy",
-            {"tolerance": [0.03, 0.06], "min_length": [0.3, 0.6, 1.0]},
+            {"tolerance": [0.03, 0.06, 0.1], "min_length": [0.2, 0.3, 0.6]},
         ),
         Baseline("RANSAC planes", "[8]", planes.ransac_planes, "numpy, Open3D's normals"),
         Baseline(
@@ -71,7 +71,7 @@ BASELINES = {
             "[3]",
             planes.planar_patches,
             "Open3D",
-            {"normal_variance_deg": [30, 60], "coplanarity_deg": [60, 75], "least": [60, 200]},
+            {"normal_variance_deg": [15, 30, 60], "coplanarity_deg": [75, 85], "least": [60, 200]},
         ),
         Baseline("plane sweep", "[1, 5]", planes.plane_sweep, "scipy"),
         Baseline("Hough planes", "[10]", planes.hough_planes, "numpy"),
@@ -81,14 +81,14 @@ BASELINES = {
             "-",
             images.probabilistic_hough,
             "OpenCV",
-            {"share": [0.1, 0.2, 0.4], "votes": [20, 40], "gap": [0.2, 0.5], "min_length": [0.3, 0.6]},
+            {"share": [0.1, 0.2, 0.4], "votes": [40, 80], "gap": [0.5, 0.8], "min_length": [0.4, 0.6, 1.0]},
         ),
         Baseline(
             "LSD, 2 cm image",
             "-",
             images.line_segment_detector,
             "OpenCV",
-            {"share": [0.05, 0.1, 0.2, 0.4], "gap": [0.2, 0.5], "min_length": [0.2, 0.4]},
+            {"share": [0.02, 0.05, 0.1, 0.2], "gap": [0.5, 0.8], "min_length": [0.1, 0.2, 0.4]},
         ),
     )
 }
