@@ -31,6 +31,8 @@ _LOW = (0.1, 0.6)
 """Heights at which an opening shows what stands in it and a window does not, m."""
 _NEAR = (0.03, 0.13)
 """Floor and ceiling this far before the plane belong to the room that sees it, m."""
+_CLOSE = (0.03, 0.08)
+"""Where they go on this close behind the plane, no wall can stand; nor can its other face, m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 
@@ -99,7 +101,11 @@ def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxel
 
     on_floor = np.abs(z) < 0.08
     at_ceiling = np.abs(z - ceilings[:, at]) < 0.1  # (2, hits): at the ceiling of the left, of the right
-    faces = [counted((on_floor | at_ceiling[k]) & near(sign, *_NEAR)) for k, sign in ((0, 1), (1, -1))]
+    # Close to the plane most of all: on the far side of a thin wall another room begins.
+    faces = [
+        counted(level & near(sign, *_NEAR)) + 9 * counted(level & near(sign, *_CLOSE))
+        for level, sign in zip(on_floor | at_ceiling, (1, -1), strict=True)
+    ]
     wide = 2 * round(0.4 / step) + 1
     left = smooth(faces[0], first, wide) >= smooth(faces[1], first, wide)
 
@@ -114,7 +120,7 @@ def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxel
         return smooth((counted(chosen) >= least).astype(np.float64), first, 5)
 
     front = near(sign, *_NEAR)
-    back = near(-sign, _NEAR[0], np.minimum(_NEAR[0] + 0.05, twin - 0.015))
+    back = near(-sign, _CLOSE[0], np.minimum(_CLOSE[1], twin - 0.015))
     low = (z > _LOW[0]) & (z < _LOW[1]) & near(-sign, _NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
     return Elevations(
         lines,
