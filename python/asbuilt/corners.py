@@ -18,6 +18,8 @@ from asbuilt.params import WallParameters
 
 _MAX_THICKNESS = 0.7
 """A wall that stands against a face hides no more of it than this, m."""
+_MIN_ALONE = 0.9
+"""Shorter faces that meet no other are clutter, m."""
 _MAX_COST = 1.2
 """Faces further than this from a corner, in all, do not meet there, m."""
 
@@ -56,7 +58,7 @@ def close_corners(
         for before, after in zip(faces, closed, strict=True)
         if after.length >= parameters.min_length
         and float(before.along @ after.along) > 0
-        and (any(after.fixed) or after.length >= 0.5)
+        and (any(after.fixed) or after.length >= _MIN_ALONE)
     ]
 
 

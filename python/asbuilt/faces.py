@@ -30,6 +30,7 @@ class Face:
     start, end : (2,) m from the storey's origin; the room that sees it is on the left.
     fixed : whether start and end are corners.
     score : the higher, the surer.
+    curve : number of the curved wall that it is a chord of, else None.
     """
 
     line: int
@@ -37,6 +38,7 @@ class Face:
     end: FloatArray
     score: float
     fixed: tuple[bool, bool] = (False, False)
+    curve: int | None = None
 
     @property
     def length(self) -> float:
@@ -121,10 +123,11 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
 
 def _covered(face: Face, other: Face, apart: float) -> float:
     """Length of `face` that lies beside `other`, nearly parallel, with the room on the same side."""
-    if float(face.along @ other.along) < 0.98:
-        return 0.0
     relative = np.array([face.start - other.start, face.end - other.start])
-    if np.abs(relative @ other.normal).max() > apart:
+    aside = np.abs(relative @ other.normal)
+    facing = float(face.along @ other.along)
+    # The other face of a wall looks the other way; what crosses a wall at a small angle is no face of it.
+    if aside.max() > apart or (facing < 0.98 and not (abs(facing) > 0.96 and aside.min() < 0.03)):
         return 0.0
     low, high = relative @ other.along
     return float(max(min(high, other.length) - max(low, 0.0), 0.0))
@@ -192,6 +195,8 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
         return False  # outside, or hardly seen
     if floor_behind > 0.45 or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room
+    if length < 1.3 and (upper.mean() < 0.3 or whole.mean() < 0.25):
+        return False  # a door leaf, or a thing on a wall
     if length < 0.65:
         # A line that runs on meets other walls end on: each fills only a step or two.
         return bool(upper.mean() >= 0.5 and whole.mean() >= 0.42 and max(floor_behind, ceiling_behind) <= 0.3)
@@ -221,5 +226,5 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     for i, face in enumerate(faces):
         start, end = (tuple(float(v) for v in voxels.origin + tip) for tip in (face.start, face.end))
         share = min(float(seen[i]) / max(np.ceil(face.length / step), 1), 1.0)
-        plan.append(WallFace(start, end, share, float(np.sqrt(square[i])), int(count[i]), None, f"S{storey}-F{i + 1}"))  # type: ignore[arg-type]
+        plan.append(WallFace(start, end, share, float(np.sqrt(square[i])), int(count[i]), face.curve, f"S{storey}-F{i + 1}"))  # type: ignore[arg-type]
     return tuple(plan)

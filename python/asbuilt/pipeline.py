@@ -8,6 +8,7 @@ import numpy as np
 
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.cross_sections import select_cross_sections
+from asbuilt.curves import find_curves
 from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence, gather_evidence
@@ -90,6 +91,7 @@ def _plan_by_profiles(
     elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
     scores = score_steps(elevations, parameters.walls)
     faces = snap_to_jambs(drop_doubles(find_faces(elevations, scores, parameters.walls)), voxels)
+    faces = find_curves(faces, voxels)
     faces = drop_columns(close_corners(faces, elevations, scores, parameters.walls))
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
