@@ -31,7 +31,7 @@ def iterative_end_point_fit(cloud: StoreyCloud, height: float, tolerance: float,
 
 
 def split_and_merge(cloud: StoreyCloud, height: float, tolerance: float, min_length: float) -> FloatArray:
-    """[7]: as above with fitted lines, and neighbours joined again where one line serves both."""
+    """[7]: as above, but lines are fitted, and neighbours joined again where one line serves both."""
     found = []
     for scan in cloud.scanner_lines(height):
         for part in split_at_jumps(scan, JUMP):
@@ -92,10 +92,11 @@ def _off(points: FloatArray, centre: FloatArray, along: FloatArray) -> FloatArra
 def _split(points: FloatArray, tolerance: float) -> list[FloatArray]:
     if len(points) < LEAST:
         return []
-    off = _off(points, *fit_line(points))
-    at = int(off[2:-2].argmax()) + 2
-    if off.max() <= tolerance:
+    if _off(points, *fit_line(points)).max() <= tolerance:
         return [points]
+    # a fitted line is often farthest from the ends, which are no corners; the chord never is
+    chord = points[-1] - points[0]
+    at = int(_off(points, points[0], chord / max(float(np.hypot(*chord)), 1e-9))[2:-2].argmax()) + 2
     return [*_split(points[:at], tolerance), *_split(points[at:], tolerance)]
 
 
