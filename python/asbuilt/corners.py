@@ -128,7 +128,7 @@ def cut_at_walls(faces: list[Face]) -> list[Face]:
         # Where a face starts on this one, this room ends; where one ends on it, the next room begins.
         starting = np.flatnonzero(inside & (cross > 0.26) & (np.abs(on_second) < 0.3))
         ending = np.flatnonzero(inside & (cross < -0.26) & (np.abs(on_second - length) < 0.3))
-        place, fixed = 0.0, False
+        place, fixed = 0.0, face.fixed[0]
         rest = face
         for j in starting[np.argsort(on_first[starting], kind="stable")]:
             body = on_first[ending] - on_first[j]
@@ -142,7 +142,7 @@ def cut_at_walls(faces: list[Face]) -> list[Face]:
             fixed_start[int(j)], fixed_end[int(k)] = corner, next_corner
             place, fixed = float(on_first[k]), True
             rest = replace(face, start=next_corner)
-        pieces.append(replace(rest, fixed=(fixed, False)))
+        pieces.append(replace(rest, fixed=(fixed, face.fixed[1])))
         origins.append(i)
     for n, (piece, i) in enumerate(zip(pieces, origins, strict=True)):
         if i in fixed_start and not piece.fixed[0] and np.array_equal(piece.start, faces[i].start):

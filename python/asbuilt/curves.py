@@ -40,7 +40,9 @@ def find_curves(faces: list[Face], voxels: StoreyVoxels) -> list[Face]:
         if circle is None:
             continue
         rest -= set(chain)
-        curved += _draw_arcs([faces[i] for i in chain], circle, number)
+        chords = _draw_arcs([faces[i] for i in chain], circle, number)
+        rest -= {i for i in rest if _on_circle(faces[i], circle, chords)}
+        curved += chords
         number += 1
     return [faces[i] for i in sorted(rest)] + curved
 
@@ -104,6 +106,15 @@ def fit_circle(chain: list[Face], voxels: StoreyVoxels) -> tuple[FloatArray, flo
     return (centre, radius) if good else None
 
 
+def _on_circle(face: Face, circle: tuple[FloatArray, float], chords: list[Face]) -> bool:
+    """Whether a face is a bit of the curve that the chain left out, or lies across it."""
+    centre, radius = circle
+    middle = (face.start + face.end) / 2
+    off = np.abs(np.hypot(*(np.array([face.start, middle, face.end]) - centre).T) - radius)
+    beside = min(float(np.hypot(*((chord.start + chord.end) / 2 - middle))) for chord in chords)
+    return face.length < _MAX_CHORD and bool(off.max() < 0.12) and beside < 0.5
+
+
 def _turn(first: Face, second: Face) -> float:
     """Signed angle from one face's direction to another's, rad."""
     a, b = first.along, second.along
@@ -127,8 +138,9 @@ def _draw_arcs(chain: list[Face], circle: tuple[FloatArray, float], curve: int) 
     chords = []
     for start, end in stretches:
         count = max(int(np.ceil((end - start) / step)), 1)
+        # Vertices a little outside, so that the chords follow the arc in the mean.
         turns = way * np.linspace(start, end, count + 1)
-        points = centre + radius * np.column_stack([np.cos(turns), np.sin(turns)])
+        points = centre + (radius + _SAGITTA * 2 / 3) * np.column_stack([np.cos(turns), np.sin(turns)])
         for i in range(count):
             face = replace(chain[0], start=points[i], end=points[i + 1], fixed=(i > 0, i < count - 1), curve=curve)
             middle = (face.start + face.end) / 2
