@@ -108,9 +108,31 @@ def find_meetings(
         near &= (on_first > 0.03) & (on_second < length - 0.03)
         for j in np.flatnonzero(near):
             reach = (float(beyond_end[j]), float(beyond_start[j]))
+            if _passes_through(start, end, along, i, int(j), start[i] + on_first[j] * along[i]):
+                continue
             cost = _cost(face, reach[0], True, elevations, scores) + _cost(faces[j], reach[1], False, elevations, scores)
             meetings.append(Meeting(i, int(j), start[i] + on_first[j] * along[i], reach, cost))
     return meetings
+
+
+def _passes_through(start: FloatArray, end: FloatArray, along: FloatArray, i: int, j: int, corner: FloatArray) -> bool:
+    """Whether a third face stands between a corner and the end of face i or the start of face j."""
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    for tip in (end[i], start[j]):
+        way = corner - tip
+        if np.hypot(*way) < 0.05:
+            continue
+        sides = np.stack([((point - start) * normal).sum(axis=1) for point in (tip + 0.02 * way, tip + 0.98 * way)])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            share = sides[0] / (sides[0] - sides[1])
+        crossing = tip + 0.02 * way + share[:, None] * 0.96 * way
+        place = ((crossing - start) * along).sum(axis=1)
+        length = ((end - start) * along).sum(axis=1)
+        between = (sides[0] * sides[1] < 0) & (place > 0.05) & (place < length - 0.05)
+        between[[i, j]] = False
+        if between.any():
+            return True
+    return False
 
 
 def cut_at_walls(faces: list[Face]) -> list[Face]:

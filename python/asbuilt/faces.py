@@ -191,8 +191,9 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
     whole = elevations.whole[steps] / full
     floor_behind, ceiling_behind = elevations.floor_behind[steps].mean(), elevations.ceiling_behind[steps].mean()
     length = len(upper) * elevations.step
-    if elevations.front[steps].mean() < 0.1 or whole.mean() < 0.06:
-        return False  # outside, or hardly seen
+    front = elevations.front[steps].mean()
+    if front < 0.1 or whole.mean() < 0.06 or (front < 0.35 and whole.mean() < 0.35):
+        return False  # outside, in a window's reveal, or hardly seen
     if floor_behind > 0.45 or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room
     if length < 1.3 and (upper.mean() < 0.3 or whole.mean() < 0.25):

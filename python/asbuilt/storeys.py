@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from asbuilt.evidence import Evidence, rows_in
 from asbuilt.grid import FloatArray, IntArray
@@ -96,20 +98,23 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     stood_on = gap > headroom
     covered = stood_on & (gap < np.iinfo(np.int32).max)
     base = int(occupied[:, 2].min())
-    area = np.bincount(occupied[stood_on, 2] - base)
-    # A floor under a ceiling counts twice: a roof or the ground outside has none above it.
-    area = area + np.bincount(occupied[covered, 2] - base, minlength=len(area))
-    walls = _wall_cells(occupied, base, len(area), voxel)
+    bins = int(np.ptp(occupied[:, 2])) + 1
+    first, length = _runs(occupied)
+    tall = length >= round(1.5 / voxel)
+    indoors = covered | (stood_on & _enclosed(occupied[:, :2], occupied[first[tall], :2], round(20 / voxel)))
+    area = _spread(0.5 * np.bincount(occupied[covered, 2] - base, minlength=bins))
+    area += _spread(0.5 * np.bincount(occupied[indoors, 2] - base, minlength=bins))
+    walls = _wall_cells(occupied[first[tall], 2] - base, length[tall], bins, round(1.5 / voxel))
 
     floors: list[int] = []
-    spread = area + 0.5 * np.pad(area, 1)[:-2] + 0.5 * np.pad(area, 1)[2:]
     apart = int(_MIN_STOREY_HEIGHT / voxel)
-    for peak in np.argsort(-spread, kind="stable"):
-        if spread[peak] < parameters.min_area_share * spread.max() or spread[peak] == 0:
+    summit = area == ndimage.maximum_filter1d(area, 5)
+    for peak in np.argsort(-area, kind="stable"):
+        if area[peak] == 0 or area[peak] < parameters.min_area_share * area.max():
             break
         # Walls around an area take cells that grow with its perimeter.
-        enclosed = walls[peak] >= 2 * np.sqrt(spread[peak] / 2)
-        if enclosed and all(abs(peak - floor) >= apart for floor in floors):
+        enclosed = walls[peak] >= 2 * np.sqrt(area[peak])
+        if summit[peak] and enclosed and all(abs(peak - floor) >= apart for floor in floors):
             floors.append(int(peak))
     floors.sort()
 
@@ -121,18 +126,47 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     return levels
 
 
-def _wall_cells(occupied: IntArray, base: int, bins: int, voxel: float) -> IntArray:
-    """For each height bin: the ground cells with most of the 1.5 m above it occupied, up to a tenth of a metre."""
-    reach = round(1.5 / voxel)
+def _spread(counts: FloatArray) -> FloatArray:
+    """Counts by height, with half of what lies in the next bins: a floor on a voxel's face falls into two."""
+    padded = np.pad(counts, 1)
+    return padded[1:-1] + 0.5 * (padded[:-2] + padded[2:])
+
+
+def _runs(occupied: IntArray) -> tuple[IntArray, IntArray]:
+    """Where each vertical run of voxels (n, 3) starts among them, and how many it holds."""
     start = np.any(np.diff(occupied, axis=0) != (0, 0, 1), axis=1)
-    run = np.concatenate([[0], np.cumsum(start)])
     first = np.concatenate([[0], np.flatnonzero(start) + 1])
-    length = np.bincount(run)
-    tall = np.flatnonzero(length >= reach)
+    return first, np.diff(np.append(first, len(occupied)))
+
+
+def _enclosed(cells: IntArray, tall: IntArray, reach: int) -> NDArray[np.bool_]:
+    """Which cells (n, 2) have one of the `tall` cells (m, 2) within `reach` on each of their four sides.
+
+    So the floor of a room without a ceiling is told from the ground outside.
+    """
+    enclosed = np.ones(len(cells), dtype=np.bool_)
+    for axis in (0, 1):
+        across, along = cells[:, 1 - axis].astype(np.int64), cells[:, axis].astype(np.int64)
+        wide = 2**32
+        walls = np.unique(tall[:, 1 - axis].astype(np.int64) * wide + tall[:, axis])
+        if len(walls) == 0:
+            return np.zeros(len(cells), dtype=np.bool_)
+        place = across * wide + along
+        after = np.minimum(np.searchsorted(walls, place), len(walls) - 1)
+        before = np.maximum(np.searchsorted(walls, place, side="right") - 1, 0)
+        enclosed &= (walls[after] >= place) & (walls[after] - place <= reach)
+        enclosed &= (walls[before] <= place) & (place - walls[before] <= reach)
+    return enclosed
+
+
+def _wall_cells(low: IntArray, length: IntArray, bins: int, reach: int) -> IntArray:
+    """For each height bin: how many runs, from `low` and `length` bins long, fill the `reach` bins above it.
+
+    A run may start up to three bins higher: what is hidden at its foot.
+    """
     steps = np.zeros(bins + 1, np.int64)
-    low = occupied[first[tall], 2] - base
     np.add.at(steps, np.maximum(low - 3, 0), 1)
-    np.add.at(steps, np.minimum(low + length[tall] - reach + 1, bins), -1)
+    np.add.at(steps, np.minimum(low + length - reach + 1, bins), -1)
     return np.cumsum(steps)[:bins]
 
 
@@ -182,8 +216,6 @@ def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
     if len(occupied) == 0:
         return occupied
     cubes, inverse, counts = np.unique(occupied // size, axis=0, return_inverse=True, return_counts=True)
-    from scipy.spatial import cKDTree
-
     pairs = cKDTree(cubes).query_pairs(1.8, output_type="ndarray")
     around = counts.copy()
     np.add.at(around, pairs[:, 0], counts[pairs[:, 1]])
