@@ -31,20 +31,26 @@ STORED = common.RESULTS / "10_baselines.json"
 def main() -> None:
     names = [*BASELINES, *(f"asbuilt, {preset}" for preset in PRESETS)]
     wanted = sys.argv[1:] or names
-    kept = json.loads(STORED.read_text(encoding="utf-8"))["results"] if STORED.exists() and sys.argv[1:] else {}
+    kept = json.loads(STORED.read_text(encoding="utf-8"))["results"] if STORED.exists() else {}
     for case in CASES:  # read before anything is timed
         for level in load_case(case).levels:
             storey_cloud(load_case(case), level)
     load_case.cache_clear()
-    results = {name: _row(name) if name in wanted else kept[name] for name in names if name in wanted or name in kept}
+    rows = {name: (_row(name) if name in wanted else None) or kept.get(name) for name in names}
+    results = {name: row for name, row in rows.items() if row is not None}
     tuned = {name: baseline.parameters for name, baseline in BASELINES.items() if baseline.grid}
     presets = {preset: asbuilt.Parameters.preset(preset).as_dict() for preset in PRESETS}
     common.write_result("10_baselines", results, {"tuned": tuned, "asbuilt": presets})
     _write_table(results)
 
 
-def _row(name: str) -> dict[str, Any]:
-    runs = {case: _in_own_process(name, case) for case in CASES}
+def _row(name: str) -> dict[str, Any] | None:
+    """Scores, time and memory; None, saying so, where a library is missing."""
+    try:
+        runs = {case: _in_own_process(name, case) for case in CASES}
+    except ImportError as error:
+        print(f"{name}: {error}; pip install 'asbuilt[baselines]'; its stored row is kept", file=sys.stderr)
+        return None
     scores = {(case, i): totals for case, (all_totals, _, _) in runs.items() for i, totals in enumerate(all_totals)}
     row = {
         **common.by_storey(scores),
@@ -64,12 +70,18 @@ def _in_own_process(name: str, case: str) -> tuple[list[common.Totals], float, f
     theirs.close()
     result = ours.recv()
     process.join()
+    if isinstance(result, ImportError):
+        raise result
     return result  # type: ignore[no-any-return]
 
 
 def _run(name: str, case_name: str, connection: Connection) -> None:
     run = _run_asbuilt if name not in BASELINES else _run_baseline
-    segments, seconds = run(name, case_name)
+    try:
+        segments, seconds = run(name, case_name)
+    except ImportError as error:
+        connection.send(error)
+        return
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
     case = load_case(case_name)
     totals = [common.score(case, level, segments[level.index]) for level in case.levels]

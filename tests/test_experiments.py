@@ -11,6 +11,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "experiments"))
 baselines = pytest.importorskip("baselines")
 storey = pytest.importorskip("baselines.storey")
 
+pytestmark = pytest.mark.slow
+
 ROOM = np.array([[0.0, 0.0, 6.0, 0.0], [6.0, 0.0, 6.0, 4.5], [6.0, 4.5, 0.0, 4.5], [0.0, 4.5, 0.0, 0.0]])
 
 
