@@ -1,0 +1,101 @@
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any, Self, TypedDict, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "Evidence",
+    "PointReader",
+    "formats",
+    "hough_batch",
+    "hough_incremental",
+    "read_header",
+    "strips",
+    "trace_lines",
+]
+
+class _Voxels(TypedDict):
+    index: NDArray[np.int32]
+    count: NDArray[np.uint64]
+    mean: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+
+class _BrickScans(TypedDict):
+    brick: NDArray[np.int32]
+    scan: NDArray[np.uint32]
+    side: int
+
+@final
+class Evidence:
+    @staticmethod
+    def gather(
+        paths: Sequence[str | PathLike[str]],
+        *,
+        voxel: float,
+        unit: float,
+        axes: Sequence[int],
+        threads: int,
+        progress: Callable[[int], object] | None = None,
+    ) -> tuple[Evidence, list[tuple[Path, int, int, Any]]]: ...
+    @staticmethod
+    def from_points(
+        points: NDArray[np.float64],
+        *,
+        voxel: float,
+        scan: str,
+        position: Sequence[float] | None = None,
+    ) -> Evidence: ...
+    def merged(self, other: Evidence) -> Evidence: ...
+    @property
+    def voxel(self) -> float: ...
+    @property
+    def points(self) -> int: ...
+    def __len__(self) -> int: ...
+    def scans(self) -> list[tuple[str, tuple[float, float, float] | None, int]]: ...
+    def voxels(self) -> _Voxels: ...
+    def brick_scans(self) -> _BrickScans: ...
+
+@final
+class PointReader:
+    def __new__(cls, path: str | PathLike[str]) -> Self: ...
+    def __iter__(self) -> Self: ...
+    def __next__(self) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+
+def formats() -> list[tuple[str, list[str]]]: ...
+def read_header(path: str | PathLike[str]) -> dict[str, Any]: ...
+def hough_batch(
+    cells: NDArray[np.int32],
+    *,
+    orientations: int,
+    rho_step: float,
+    fill_gap: float,
+    min_length: float,
+    min_votes: int,
+    max_lines: int,
+) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+def hough_incremental(
+    cells: NDArray[np.int32],
+    *,
+    orientations: int,
+    rho_step: float,
+    fill_gap: float,
+    min_length: float,
+    min_votes: int,
+    max_lines: int,
+) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
+def strips(
+    points: NDArray[np.float64], segments: NDArray[np.float64], half_width: float, margin: float
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
+def trace_lines(
+    points: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    *,
+    band: float,
+    reach: float,
+    gap: float,
+    min_weight: float,
+    min_length: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
