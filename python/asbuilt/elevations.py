@@ -8,6 +8,7 @@ leaf stands), and a hidden stretch (where nothing is known) from a gap.
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from dataclasses import dataclass
 
@@ -94,7 +95,7 @@ def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxel
     at = first[line] + np.clip(((position + MARGIN) / step).astype(np.int64), 0, counts[line] - 1)
 
     def counted(chosen: BoolArray) -> FloatArray:
-        return np.bincount(at[chosen], minlength=total)
+        return np.bincount(at[chosen], minlength=total).astype(np.float64)
 
     def near(sign: int | FloatArray, low: float, high: float | FloatArray) -> BoolArray:
         return (sign * offset > low) & (sign * offset < high)
@@ -199,7 +200,8 @@ def smooth_rows(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     line = np.searchsorted(first, step, side="right") - 1
     low = np.maximum(step - width // 2, first[line])
     high = np.minimum(step + width // 2 + 1, first[line + 1])
-    return (sums[high] - sums[low]) / (high - low)[:, None]
+    means: FloatArray = (sums[high] - sums[low]) / (high - low)[:, None]
+    return means
 
 
 def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
@@ -208,7 +210,7 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     Scan lines that fall on a far wall leave gaps between them; ends stay where they are.
     """
     closed = np.empty_like(values)
-    for low, high in zip(first[:-1], first[1:], strict=True):
+    for low, high in itertools.pairwise(first):
         closed[low:high] = ndimage.grey_closing(np.pad(values[low:high], width), width)[width:-width]
     return closed
 
@@ -227,4 +229,5 @@ def _share_filled(filled: BoolArray, low: FloatArray, high: FloatArray, step: fl
     below = np.concatenate([np.zeros((len(filled), 1), np.int64), np.cumsum(filled, axis=1)], axis=1)
     row = np.arange(len(filled))
     first, last = (np.clip(np.round(h / step).astype(np.int64), 0, filled.shape[1]) for h in (low, high))
-    return (below[row, last] - below[row, first]) / np.maximum(last - first, 1)
+    shares: FloatArray = (below[row, last] - below[row, first]) / np.maximum(last - first, 1)
+    return shares

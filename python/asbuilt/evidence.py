@@ -57,28 +57,28 @@ class Evidence:
         return self.core.scans()
 
     @cached_property
-    def _arrays(self) -> dict[str, Any]:
+    def _arrays(self) -> _core._Voxels:
         return self.core.voxels()
 
     @property
     def index(self) -> IntArray:
         """Index of each occupied voxel (n, 3) int32, sorted; voxel i spans [i, i + 1) * voxel metres."""
-        return self._arrays["index"]  # type: ignore[no-any-return]
+        return self._arrays["index"]
 
     @property
     def count(self) -> IntArray:
         """Points of each voxel (n,)."""
-        return self._arrays["count"]  # type: ignore[no-any-return]
+        return self._arrays["count"]
 
     @property
     def mean(self) -> FloatArray:
         """Mean of each voxel's points (n, 3), m from the voxel's lower corner."""
-        return self._arrays["mean"]  # type: ignore[no-any-return]
+        return self._arrays["mean"]
 
     @property
     def covariance(self) -> FloatArray:
         """Covariance of each voxel's points (n, 3: xx, xy, yy), m^2."""
-        return self._arrays["covariance"]  # type: ignore[no-any-return]
+        return self._arrays["covariance"]
 
     def occupied(self, voxel: float) -> IntArray:
         """Index (n, 3) of each occupied voxel of a coarser size, sorted (section 3.1).
@@ -170,7 +170,8 @@ def unique_rows(index: IntArray) -> IntArray:
     keys = np.unique(_keys(index, low, span))
     rows, z = np.divmod(keys, span[2])
     x, y = np.divmod(rows, span[1])
-    return np.column_stack([x, y, z]) + low
+    rows_of_keys: IntArray = np.column_stack([x, y, z]) + low
+    return rows_of_keys
 
 
 def rows_in(index: IntArray, among: IntArray) -> NDArray[np.bool_]:
@@ -185,4 +186,5 @@ def rows_in(index: IntArray, among: IntArray) -> NDArray[np.bool_]:
 def _keys(index: IntArray, low: IntArray, span: IntArray) -> IntArray:
     """One integer for each row. Indices fit: a kilometre of strays each way, at 1 cm, takes 51 of 63 bits."""
     local = index - low
-    return (local[:, 0] * span[1] + local[:, 1]) * span[2] + local[:, 2]
+    keys: IntArray = (local[:, 0] * span[1] + local[:, 1]) * span[2] + local[:, 2]
+    return keys

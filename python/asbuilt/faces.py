@@ -214,7 +214,7 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
     face_of, voxel, along, offset = _core.strips(voxels.xy, segments, ON_PLANE, 0.0)
     standing = (voxels.z[voxel] > 0.15) & (voxels.z[voxel] < voxels.height - 0.1)
-    face_of, voxel, along, offset = (values[standing] for values in (face_of, voxel, along, offset))
+    face_of, voxel, along, offset = face_of[standing], voxel[standing], along[standing], offset[standing]
     normal = np.array([face.normal for face in faces])[face_of]
     xx, xy, yy = voxels.covariance[voxel].T
     variance = normal[:, 0] ** 2 * xx + 2 * normal[:, 0] * normal[:, 1] * xy + normal[:, 1] ** 2 * yy
@@ -225,7 +225,9 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     seen = np.bincount(steps[:, 0], minlength=len(faces))
     plan = []
     for i, face in enumerate(faces):
-        start, end = (tuple(float(v) for v in voxels.origin + tip) for tip in (face.start, face.end))
+        (x1, y1), (x2, y2) = voxels.origin + face.start, voxels.origin + face.end
+        start, end = (float(x1), float(y1)), (float(x2), float(y2))
         share = min(float(seen[i]) / max(np.ceil(face.length / step), 1), 1.0)
-        plan.append(WallFace(start, end, share, float(np.sqrt(square[i])), int(count[i]), face.curve, f"S{storey}-F{i + 1}"))  # type: ignore[arg-type]
+        name, rms = f"S{storey}-F{i + 1}", float(np.sqrt(square[i]))
+        plan.append(WallFace(start, end, share, rms, int(count[i]), face.curve, name))
     return tuple(plan)

@@ -45,7 +45,7 @@ class Grid:
 
     def to_metres(self, cells: NDArray[np.generic]) -> FloatArray:
         """World coordinates, m, of positions given in cells (..., 2) from the centre of the grid's first cell."""
-        return (np.asarray(cells, dtype=np.float64) + np.array(self.low) + 0.5) * self.cell
+        return (np.asarray(cells, dtype=np.float64) + np.array(self.low, dtype=np.float64) + 0.5) * self.cell
 
     @property
     def extent(self) -> tuple[float, float, float, float]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt.grid import Grid, IntArray
 
@@ -32,7 +33,7 @@ def ground_plane_histogram(occupied: IntArray, voxel: float) -> GroundPlaneHisto
     return GroundPlaneHistogram(grid, grid.count(occupied[:, :2]))
 
 
-def threshold_cells(histogram: GroundPlaneHistogram, sigmas: float, over: str = "all") -> IntArray:
+def threshold_cells(histogram: GroundPlaneHistogram, sigmas: float, over: str = "all") -> NDArray[np.int32]:
     """Cells (n, 2), from the grid's first cell, that are denser than mean + `sigmas` * deviation (3.3, figure 4a).
 
     `over` takes mean and standard deviation over "all" cells of the rectangle or the "occupied" ones; the paper does

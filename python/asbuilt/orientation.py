@@ -41,7 +41,7 @@ def dominant_orientations(
         return None
     distribution = orientation_distribution(segments, parameters.bin)
     width = np.pi / len(distribution)
-    centres = np.arange(len(distribution)) * width
+    centres = np.arange(len(distribution), dtype=np.float64) * width
     first = float(centres[int(np.argmax(distribution))])
     near = np.abs(angle_between(centres, first + np.pi / 2)) <= _NEAR_PERPENDICULAR
     second = float(centres[int(np.argmax(np.where(near, distribution, -1.0)))])

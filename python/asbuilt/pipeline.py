@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from asbuilt.refine import fit_to_cells, merge_collinear
 from asbuilt.storeys import Level, drop_strays, find_storeys
 from asbuilt.wall_lines import find_wall_lines
 
-Source = Evidence | PointCloud | PathLike | Sequence[PathLike]
+Source: TypeAlias = Evidence | PointCloud | PathLike | Sequence[PathLike]
 
 
 def extract_floor_plan(
@@ -58,15 +59,14 @@ def extract_floor_plan(
     """
     parameters = parameters or Parameters()
     if not isinstance(source, Evidence):
-        cloud = source if isinstance(source, PointCloud) else read(source)  # type: ignore[arg-type]
+        cloud = source if isinstance(source, PointCloud) else read(source)
         source = gather_evidence(cloud, parameters.evidence, threads=threads, progress=progress)
     levels = find_storeys(source, parameters.storeys)
     notes = list(source.skipped)
     if not levels:
         notes.append("storeys: no floor found; nothing in the cloud has free height above it and walls around it")
-    elif storey is not None:
-        if not 0 <= storey < len(levels):
-            raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
+    elif storey is not None and not 0 <= storey < len(levels):
+        raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
     wanted = [
         (level, levels[level.index + 1] if level.index + 1 < len(levels) else None)
         for level in levels

@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from asbuilt import _core
 from asbuilt.errors import InputError, ParameterError
 from asbuilt.grid import FloatArray
 
-PathLike = str | os.PathLike[str]
+PathLike: TypeAlias = str | os.PathLike[str]
 
 UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "us-ft": 1200 / 3937, "in": 0.0254}
 """Metres in one unit."""
@@ -94,7 +94,9 @@ class PointCloud:
         return found.pop() if len(found) == 1 else None
 
 
-def read(*inputs: PathLike | Sequence[PathLike], unit: str | float = "m", up: str = "z", skip_bad: bool = False) -> PointCloud:
+def read(
+    *inputs: PathLike | Sequence[PathLike], unit: str | float = "m", up: str = "z", skip_bad: bool = False
+) -> PointCloud:
     """Open files, folders (with all they hold) and glob patterns as one cloud; points are not read yet.
 
     Parameters
@@ -117,7 +119,7 @@ def read(*inputs: PathLike | Sequence[PathLike], unit: str | float = "m", up: st
         ) from error
     paths: list[PathLike] = []
     for given in inputs:
-        paths.extend(given if isinstance(given, Sequence) and not isinstance(given, str) else [given])  # type: ignore[list-item]
+        paths.extend(given if isinstance(given, Sequence) and not isinstance(given, str) else [given])
     files = tuple(_open(path, skip_bad) for path in find_files(paths))
     return PointCloud(files, metres, axes)
 

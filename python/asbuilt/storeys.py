@@ -50,7 +50,7 @@ class HeightHistogram:
     @property
     def heights(self) -> FloatArray:
         """Middle of each bin (n,), m."""
-        return self.low + (np.arange(len(self.counts)) + 0.5) * self.step
+        return self.low + (np.arange(len(self.counts), dtype=np.float64) + 0.5) * self.step
 
 
 def height_histogram(occupied: IntArray, voxel: float) -> HeightHistogram:
@@ -102,8 +102,8 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     first, length = _runs(occupied)
     tall = length >= round(1.5 / voxel)
     indoors = covered | (stood_on & _enclosed(occupied[:, :2], occupied[first[tall], :2], round(20 / voxel)))
-    area = _spread(0.5 * np.bincount(occupied[covered, 2] - base, minlength=bins))
-    area += _spread(0.5 * np.bincount(occupied[indoors, 2] - base, minlength=bins))
+    area = _spread(np.bincount(occupied[covered, 2] - base, minlength=bins) / 2)
+    area += _spread(np.bincount(occupied[indoors, 2] - base, minlength=bins) / 2)
     walls = _wall_cells(occupied[first[tall], 2] - base, length[tall], bins, round(1.5 / voxel))
 
     floors: list[int] = []

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.grid import FloatArray
+from asbuilt.grid import FloatArray, IntArray
 from asbuilt.params import WallParameters
 from asbuilt.profiles import Columns, StoreyVoxels
 
@@ -66,12 +66,13 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
 
 def fit_lines(lines: FloatArray, xy: FloatArray, weights: FloatArray, band: float, rounds: int = 3) -> FloatArray:
     """Fit each line (n, 4), m, to the points (m, 2) within `band` of it by weighted least squares of their offsets."""
+    count = len(lines)
     for _ in range(rounds):
         line, point, along, offset = _core.strips(xy, lines, band, band)
         weight = weights[point]
 
-        def total(values: FloatArray, line=line, weight=weight, count=len(lines)) -> FloatArray:  # type: ignore[no-untyped-def]
-            return np.bincount(line, weight * values, minlength=count)
+        def total(values: FloatArray, line: IntArray = line, weight: FloatArray = weight) -> FloatArray:
+            return np.bincount(line, weight * values, minlength=count).astype(np.float64, copy=False)
 
         mass = np.maximum(total(np.ones_like(along)), 1e-12)
         mean_along, mean_offset = total(along) / mass, total(offset) / mass
