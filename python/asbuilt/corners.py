@@ -110,7 +110,9 @@ def find_meetings(
             reach = (float(beyond_end[j]), float(beyond_start[j]))
             if _passes_through(start, end, along, i, int(j), start[i] + on_first[j] * along[i]):
                 continue
-            cost = _cost(face, reach[0], True, elevations, scores) + _cost(faces[j], reach[1], False, elevations, scores)
+            cost = _cost(face, reach[0], True, elevations, scores) + _cost(
+                faces[j], reach[1], False, elevations, scores
+            )
             meetings.append(Meeting(i, int(j), start[i] + on_first[j] * along[i], reach, cost))
     return meetings
 
@@ -139,7 +141,7 @@ def cut_at_walls(faces: list[Face]) -> list[Face]:
     """Cut each face where both faces of another wall stand against it: what lies between them is that wall's body."""
     if not faces:
         return []
-    start, end, along, length = _arrays(faces)
+    start, _, along, length = _arrays(faces)
     fixed_start: dict[int, FloatArray] = {}
     fixed_end: dict[int, FloatArray] = {}
     pieces: list[Face] = []

@@ -144,6 +144,6 @@ def _draw_arcs(chain: list[Face], circle: tuple[FloatArray, float], curve: int) 
         for i in range(count):
             face = replace(chain[0], start=points[i], end=points[i + 1], fixed=(i > 0, i < count - 1), curve=curve)
             middle = (face.start + face.end) / 2
-            nearest = min(chain, key=lambda other: float(np.hypot(*((other.start + other.end) / 2 - middle))))  # noqa: B023
+            nearest = min(chain, key=lambda other: float(np.hypot(*((other.start + other.end) / 2 - middle))))
             chords.append(replace(face, line=nearest.line, score=nearest.score))
     return chords

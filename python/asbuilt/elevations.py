@@ -86,9 +86,9 @@ def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxel
     direction = (lines[:, 2:] - lines[:, :2]) / length[:, None]
     normal = np.column_stack([-direction[:, 1], direction[:, 0]])
     place = lines[line_of, :2] + along[:, None] * direction[line_of]
-    ceilings = np.stack([
-        ceiling_heights(place, direction[line_of], side * normal[line_of], voxels) for side in (1, -1)
-    ])
+    ceilings = np.stack(
+        [ceiling_heights(place, direction[line_of], side * normal[line_of], voxels) for side in (1, -1)]
+    )
 
     line, voxel, position, offset = _core.strips(voxels.xy, lines, _DEPTH, MARGIN)
     z = voxels.z[voxel]

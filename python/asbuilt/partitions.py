@@ -26,7 +26,8 @@ _SHARED = 0.09
 
 
 def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray, BoolArray]:
-    """Lines (n, 4), m, with those inside very thin partitions replaced by one for each face; and which are partitions' (n,).
+    """Lines (n, 4), m, with those inside very thin partitions replaced by one for each face; and which are
+    partitions' (n,).
 
     Without voxels or lines nothing changes.
     """
@@ -45,11 +46,12 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
         top = _top(z[here], offset[here])
         if planes is None and _DOOR_HEIGHT < top < voxels.height - 0.3:
             planes = _screen(length[i], z[here], along[here], offset[here])
-        elif planes is not None and not _stands_free(planes, length[i], z[here], along[here], offset[here], voxels.height):
+        elif planes is not None and not _stands_free(
+            planes, length[i], z[here], along[here], offset[here], voxels.height
+        ):
             continue
         if planes is None or (
-            top < _DOOR_HEIGHT
-            and (length[i] < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)
+            top < _DOOR_HEIGHT and (length[i] < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)
         ):
             continue
         direction = (lines[i, 2:] - lines[i, :2]) / length[i]

@@ -90,7 +90,8 @@ def columns(voxels: StoreyVoxels, low: float = 0.15, under_ceiling: float = 0.1)
     if len(cells) == 0:
         return Columns(np.zeros((0, 2)), np.zeros(0))
     span = np.ptp(cells[:, 1]) + 1
-    _, column = np.unique((cells[:, 0] - cells[:, 0].min()) * span + cells[:, 1] - cells[:, 1].min(), return_inverse=True)
+    keys = (cells[:, 0] - cells[:, 0].min()) * span + cells[:, 1] - cells[:, 1].min()
+    _, column = np.unique(keys, return_inverse=True)
     filled = np.bincount(column).astype(np.float64)
     mean = np.column_stack([np.bincount(column, xy[:, axis]) / filled for axis in (0, 1)])
     return Columns(mean, filled)

@@ -94,7 +94,9 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
         return []
     headroom = int(np.ceil(parameters.headroom / voxel))
     column = np.any(occupied[1:, :2] != occupied[:-1, :2], axis=1)
-    gap = np.append(np.where(column, np.iinfo(np.int32).max, occupied[1:, 2] - occupied[:-1, 2]), np.iinfo(np.int32).max)
+    gap = np.append(
+        np.where(column, np.iinfo(np.int32).max, occupied[1:, 2] - occupied[:-1, 2]), np.iinfo(np.int32).max
+    )
     stood_on = gap > headroom
     covered = stood_on & (gap < np.iinfo(np.int32).max)
     base = int(occupied[:, 2].min())
@@ -196,7 +198,9 @@ def _ceiling_height(
     z = occupied[:, 2]
     floor_bin = int(np.floor(floor / voxel))
     limit = int(np.floor(above / voxel)) if above is not None else int(z.max()) + 1
-    over = np.flatnonzero((gap < np.iinfo(np.int32).max) & stood_on & (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2))
+    over = np.flatnonzero(
+        (gap < np.iinfo(np.int32).max) & stood_on & (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2)
+    )
     tops = z[over] + gap[over]
     tops = tops[tops < limit]
     if len(tops) > 0:

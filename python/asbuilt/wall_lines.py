@@ -86,4 +86,3 @@ def fit_lines(lines: FloatArray, xy: FloatArray, weights: FloatArray, band: floa
         last = (mean_offset + slope * (length - mean_along))[:, None] * normal
         lines = lines + np.hstack([first, last])
     return lines
-
