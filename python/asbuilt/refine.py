@@ -30,8 +30,8 @@ def merge_collinear(segments: FloatArray, parameters: RefineParameters | None = 
             offset = np.abs(relative @ np.array([-along[1], along[0]])).max(axis=1)
             turned = np.abs(angle_between(orientations(rest), float(np.arctan2(along[1], along[0]))))
             near = (turned <= parameters.merge_angle) & (offset <= parameters.merge_distance)
-            near &= (position.min(axis=1) <= high + parameters.merge_gap)
-            near &= (position.max(axis=1) >= low - parameters.merge_gap)
+            near &= position.min(axis=1) <= high + parameters.merge_gap
+            near &= position.max(axis=1) >= low - parameters.merge_gap
             if not near.any():
                 break
             low, high = min(low, float(position[near].min())), max(high, float(position[near].max()))

@@ -216,7 +216,7 @@ def _ceiling_height(
 
 
 def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
-    """Leave out voxels that stand alone: in cubes of `size` voxels that, with the 26 around, hold fewer than `least`."""
+    """Leave out voxels that stand alone: in cubes of `size` voxels that hold, with the 26 around, less than `least`."""
     if len(occupied) == 0:
         return occupied
     cubes, inverse, counts = np.unique(occupied // size, axis=0, return_inverse=True, return_counts=True)
