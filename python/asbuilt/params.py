@@ -9,6 +9,7 @@ dataclass says where it departs from the paper.
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -22,6 +23,13 @@ def _check(condition: bool, name: str, value: object, expected: str) -> None:
         raise ParameterError(f"{name} = {value}: expected {expected}")
 
 
+def _check_finite(stage: str, parameters: object) -> None:
+    for name, value in vars(parameters).items():
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, float):
+                _check(math.isfinite(number), f"{stage}.{name}", value, "a finite number")
+
+
 @dataclass(frozen=True)
 class EvidenceParameters:
     """Section 3.1, with moments added.
@@ -33,6 +41,10 @@ class EvidenceParameters:
     """
 
     voxel: float = 0.05
+
+    def __post_init__(self) -> None:
+        _check_finite("evidence", self)
+        _check(0 < self.voxel <= 1, "evidence.voxel", self.voxel, "a length in (0, 1] m")
 
 
 @dataclass(frozen=True)
@@ -53,8 +65,11 @@ class StoreyParameters:
     slab: float = 0.1
 
     def __post_init__(self) -> None:
+        _check_finite("storeys", self)
         _check(self.voxel > 0, "storeys.voxel", self.voxel, "a length above 0 m")
         _check(self.headroom > 0.5, "storeys.headroom", self.headroom, "more than 0.5 m")
+        _check(0 <= self.min_area_share <= 1, "storeys.min_area_share", self.min_area_share, "a share in [0, 1]")
+        _check(self.slab >= 0, "storeys.slab", self.slab, "a length of at least 0 m")
 
 
 @dataclass(frozen=True)
@@ -75,7 +90,9 @@ class CrossSectionParameters:
     band: tuple[float, float] = (1.0, 2.5)
 
     def __post_init__(self) -> None:
+        _check_finite("cross_sections", self)
         _check(self.select in ("all", "band", "lowest"), "cross_sections.select", self.select, "all, band or lowest")
+        _check(self.slice > 0, "cross_sections.slice", self.slice, "a length above 0 m")
         _check(self.count > 0, "cross_sections.count", self.count, "at least 1")
         _check(self.band[0] < self.band[1], "cross_sections.band", self.band, "the lower height first")
 
@@ -110,12 +127,16 @@ class LineParameters:
     max_lines: int = 100_000
 
     def __post_init__(self) -> None:
+        _check_finite("lines", self)
         _check(self.method in ("incremental", "batch"), "lines.method", self.method, "incremental or batch")
         _check(0 < self.theta_step <= 1.6, "lines.theta_step", self.theta_step, "an angle in (0, 1.6] rad")
         _check(self.rho_step > 0, "lines.rho_step", self.rho_step, "more than 0 voxels")
         _check(self.fill_gap >= 0, "lines.fill_gap", self.fill_gap, "a length of at least 0 m")
         _check(self.min_length >= 0, "lines.min_length", self.min_length, "a length of at least 0 m")
         _check(self.min_votes > 0, "lines.min_votes", self.min_votes, "at least 1")
+        _check(self.max_lines > 0, "lines.max_lines", self.max_lines, "at least 1")
+        known = ("all", "occupied")
+        _check(self.statistics_over in known, "lines.statistics_over", self.statistics_over, "all or occupied")
 
 
 @dataclass(frozen=True)
@@ -153,6 +174,12 @@ class RefineParameters:
     merge_distance: float = 0.1
     merge_gap: float = 0.7
 
+    def __post_init__(self) -> None:
+        _check_finite("refine", self)
+        _check(0 <= self.merge_angle < 0.8, "refine.merge_angle", self.merge_angle, "an angle in [0, 0.8) rad")
+        _check(self.merge_distance >= 0, "refine.merge_distance", self.merge_distance, "a length of at least 0 m")
+        _check(self.merge_gap >= 0, "refine.merge_gap", self.merge_gap, "a length of at least 0 m")
+
 
 @dataclass(frozen=True)
 class WallParameters:
@@ -185,7 +212,10 @@ class WallParameters:
     min_length: float = 0.1
 
     def __post_init__(self) -> None:
+        _check_finite("walls", self)
         _check(0 < self.band < 0.2, "walls.band", self.band, "a length in (0, 0.2) m")
+        for name in ("min_profile", "trace_gap", "bridge", "closing", "extend", "trim", "min_length"):
+            _check(getattr(self, name) >= 0, f"walls.{name}", getattr(self, name), "a length of at least 0 m")
 
 
 @dataclass(frozen=True)
