@@ -54,12 +54,13 @@ test-rust: setup
 test-python: setup
 	$(BIN)/python -m pytest
 
-lint: setup ## formatting, clippy, ruff, mypy
+lint: setup ## formatting, clippy, ruff, mypy, stubtest
 	cargo fmt --all --check
 	cargo clippy --release --quiet --workspace --all-targets -- -D warnings
 	$(BIN)/ruff format --check $(PYTHON_SOURCES)
 	$(BIN)/ruff check $(PYTHON_SOURCES)
 	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest asbuilt._core
 
 format: setup ## format Rust and Python, and mend what ruff can mend
 	cargo fmt --all
