@@ -9,6 +9,7 @@ it: such a hidden stretch speaks neither way, so that it is bridged between stre
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from asbuilt.grid import FloatArray
 from asbuilt.params import WallParameters
 from asbuilt.plan import WallFace
 from asbuilt.profiles import StoreyVoxels
+
+_DOOR_WIDTH = (0.5, 2.6)
+"""Openings of this width are doors, m."""
 
 
 @dataclass(frozen=True)
@@ -133,6 +137,79 @@ def _covered(face: Face, other: Face, apart: float) -> float:
     return float(max(min(high, other.length) - max(low, 0.0), 0.0))
 
 
+def cut_openings(
+    faces: list[Face], elevations: Elevations, scores: FloatArray, voxels: StoreyVoxels
+) -> list[Face]:
+    """Cut faces where the other face of their wall has an opening.
+
+    A door leaf that stands flush with one face fills it like wall; seen from the other side it stands in a recess,
+    between jambs.
+    """
+    low = voxels.xy[(voxels.z > 0.2) & (voxels.z < 1.9)]
+    openings = [
+        (before, after)
+        for line in {face.line for face in faces}
+        for before, after in pairwise(sorted((f for f in faces if f.line == line), key=lambda f: _along(f, elevations)))
+        if _is_opening(before, after, elevations, scores) and _has_jambs(before, after, low)
+    ]
+    cut = []
+    for face in faces:
+        pieces = [face]
+        for before, after in openings:
+            pieces = [part for piece in pieces for part in _without(piece, before, after)]
+        cut += pieces
+    return cut
+
+
+def _along(face: Face, elevations: Elevations) -> float:
+    """Place of a face's middle along its line, m."""
+    line = elevations.lines[face.line]
+    return float(((face.start + face.end) / 2 - line[:2]) @ (line[2:] - line[:2]))
+
+
+def _is_opening(before: Face, after: Face, elevations: Elevations, scores: FloatArray) -> bool:
+    """Whether what lies between two faces of a line is an opening of a door's width."""
+    line = elevations.lines[before.line]
+    along = (line[2:] - line[:2]) / np.hypot(*(line[2:] - line[:2]))
+    tips = [sorted(float((tip - line[:2]) @ along) for tip in (face.start, face.end)) for face in (before, after)]
+    low, high = tips[0][1], tips[1][0]
+    if float(before.along @ after.along) < 0 or not _DOOR_WIDTH[0] < high - low < _DOOR_WIDTH[1]:
+        return False
+    position = elevations.position(before.line)
+    inside = scores[elevations.first[before.line] :][: len(position)][(position > low) & (position < high)]
+    return bool((inside < -1).mean() > 0.5)
+
+
+def _has_jambs(before: Face, after: Face, low: FloatArray) -> bool:
+    """Whether surfaces turn back into the wall where an opening between two faces begins or ends."""
+    tips = np.array([before.start, before.end, after.start, after.end])
+    near = tips[np.argsort((tips - before.start) @ before.along)[1:3]]
+    along = before.along
+    for tip in near:
+        _, _, _, offset = _core.strips(low, np.hstack([tip - 0.1 * along, tip + 0.1 * along])[None], 0.08, 0.0)
+        if (offset < -(ON_PLANE + 0.005)).sum() >= 8:
+            return True
+    return False
+
+
+def _without(face: Face, before: Face, after: Face) -> list[Face]:
+    """A face without the stretch opposite the opening between two faces of its wall's other side."""
+    if float(face.along @ before.along) > -0.99:
+        return [face]
+    behind = [float((tip - face.start) @ face.normal) for tip in (before.start, after.end)]
+    if not all(-0.65 < distance < -0.03 for distance in behind):
+        return [face]
+    ends = [float((tip - face.start) @ face.along) for near in (before, after) for tip in (near.start, near.end)]
+    low, high = sorted(ends)[1:3]
+    if high < 0.1 or low > face.length - 0.1:
+        return [face]
+    rest = [
+        replace(face, end=face.start + max(low, 0.0) * face.along),
+        replace(face, start=face.start + min(high, face.length) * face.along),
+    ]
+    return [piece for piece, length in zip(rest, (low, face.length - high), strict=True) if length > 0.1]
+
+
 def snap_to_jambs(faces: list[Face], voxels: StoreyVoxels, reach: float = 0.2) -> list[Face]:
     """Move ends to the surfaces that turn back from them: the jamb of an opening, the end of a wall, a corner.
 
@@ -196,7 +273,7 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
         return False  # outside, in a window's reveal, or hardly seen
     if floor_behind > 0.45 or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room
-    if length < 1.3 and (upper.mean() < 0.3 or whole.mean() < 0.25):
+    if length < 1.3 and (upper.mean() < 0.5 or whole.mean() < 0.45):
         return False  # a door leaf, or a thing on a wall
     if length < 0.65:
         # A line that runs on meets other walls end on: each fills only a step or two.

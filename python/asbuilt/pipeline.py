@@ -13,7 +13,7 @@ from asbuilt.curves import find_curves
 from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence, gather_evidence
-from asbuilt.faces import drop_doubles, find_faces, measure_faces, score_steps, snap_to_jambs
+from asbuilt.faces import cut_openings, drop_doubles, find_faces, measure_faces, score_steps, snap_to_jambs
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import ground_plane_histogram
 from asbuilt.lines import detect_lines
@@ -90,7 +90,8 @@ def _plan_by_profiles(
     lines = find_wall_lines(columns(voxels), voxels, parameters.walls)
     elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
     scores = score_steps(elevations, parameters.walls)
-    faces = snap_to_jambs(drop_doubles(find_faces(elevations, scores, parameters.walls)), voxels)
+    faces = drop_doubles(find_faces(elevations, scores, parameters.walls))
+    faces = snap_to_jambs(cut_openings(faces, elevations, scores, voxels), voxels)
     faces = find_curves(faces, voxels)
     faces = drop_columns(close_corners(faces, elevations, scores, parameters.walls))
     if not faces:
