@@ -21,7 +21,7 @@ def stack(counts: dict[int, int]) -> np.ndarray:
 
 def heights(counts: dict[int, int], slab: float = SLAB, **parameters: object) -> list[int]:
     occupied = stack(counts)
-    mask = select_cross_sections(occupied, VOXEL, LEVEL, slab, CrossSectionParameters(**parameters))  # type: ignore[arg-type]
+    mask = select_cross_sections(occupied, VOXEL, LEVEL, slab, CrossSectionParameters(**parameters))
     assert mask.shape == (len(occupied),)
     # a slice takes part as a whole or not at all
     chosen = set(occupied[mask, 2].tolist())
@@ -63,11 +63,11 @@ def test_height_of_the_storey_does_not_matter() -> None:
     parameters = CrossSectionParameters(count=1)
     low = select_cross_sections(occupied, VOXEL, LEVEL, SLAB, parameters)
     lifted = Level(3, 12.01, 14.61)
-    assert np.array_equal(low, select_cross_sections(occupied + (0, 0, 120), VOXEL, lifted, SLAB, parameters))
+    assert np.array_equal(low, select_cross_sections(occupied + np.array([0, 0, 120]), VOXEL, lifted, SLAB, parameters))
 
 
 def test_no_voxels() -> None:
     for select in ("all", "band", "lowest"):
         nothing = np.zeros((0, 3), dtype=np.int64)
-        mask = select_cross_sections(nothing, VOXEL, LEVEL, SLAB, CrossSectionParameters(select=select))  # type: ignore[arg-type]
+        mask = select_cross_sections(nothing, VOXEL, LEVEL, SLAB, CrossSectionParameters(select=select))
         assert mask.shape == (0,)

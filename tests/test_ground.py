@@ -28,7 +28,10 @@ def test_counts_voxels_above_each_cell() -> None:
 
 
 def test_moving_the_voxels_moves_the_grid_alone() -> None:
-    here, there = ground_plane_histogram(voxels(), 0.1), ground_plane_histogram(voxels() + (1000, -70, 5), 0.1)
+    here, there = (
+        ground_plane_histogram(voxels(), 0.1),
+        ground_plane_histogram(voxels() + np.array([1000, -70, 5]), 0.1),
+    )
     assert np.array_equal(here.counts, there.counts)
     assert there.grid.low == (here.grid.low[0] + 1000, here.grid.low[1] - 70)
 

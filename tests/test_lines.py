@@ -73,7 +73,7 @@ def scattered(seed: int) -> np.ndarray:
 def test_incremental_against_its_twin(seed: int, change: dict[str, float]) -> None:
     cells = scattered(seed)
     # three degrees keep the twin quick; a rho of k halves would be decided by a float's last bit
-    parameters = LineParameters(sigmas=0.0, theta_step=np.pi / 61, **change)  # type: ignore[arg-type]
+    parameters = LineParameters(sigmas=0.0, theta_step=np.pi / 61, **change)
     expected = np.array(list(twin(cells, parameters))).reshape(-1, 4)
     found = detect_lines(histogram(cells), parameters)
     assert len(expected) >= 4
@@ -82,7 +82,7 @@ def test_incremental_against_its_twin(seed: int, change: dict[str, float]) -> No
 
 @pytest.mark.parametrize("method", ["incremental", "batch"])
 def test_a_row_is_one_segment(method: str) -> None:
-    found = detect_lines(histogram(row(10, 60, 33)), LineParameters(method=method))  # type: ignore[arg-type]
+    found = detect_lines(histogram(row(10, 60, 33)), LineParameters(method=method))
     # orientations within a degree get the same votes over a row of cells one wide: a cell over its length
     assert np.sort(found[0, [0, 2]]) == pytest.approx([1.05, 5.95], abs=0.05)
     assert found[0, [1, 3]] == pytest.approx(3.35, abs=CELL)
@@ -91,13 +91,13 @@ def test_a_row_is_one_segment(method: str) -> None:
 def test_the_grids_place_is_the_segments_place() -> None:
     cells = scattered(1)
     here, there = (detect_lines(histogram(cells, low)) for low in ((0, 0), (400, -30)))
-    assert np.allclose(here + (40, -3, 40, -3), there, atol=1e-9)
+    assert np.allclose(here + np.array([40, -3, 40, -3]), there, atol=1e-9)
 
 
 def test_batch_uses_cells_again_and_incremental_does_not() -> None:
     cross = np.concatenate([row(10, 60, 30), row(10, 60, 30)[:, ::-1]])
     incremental, batch = (
-        detect_lines(histogram(np.unique(cross, axis=0)), LineParameters(sigmas=0.0, method=method))  # type: ignore[arg-type]
+        detect_lines(histogram(np.unique(cross, axis=0)), LineParameters(sigmas=0.0, method=method))
         for method in ("incremental", "batch")
     )
     assert len(incremental) == 2
@@ -109,7 +109,7 @@ def test_stop_by_number() -> None:
     strongest = detect_lines(histogram(cells), LineParameters(sigmas=0.0))
     for count in (1, 2, 3):
         for method in ("incremental", "batch"):
-            some = detect_lines(histogram(cells), LineParameters(sigmas=0.0, method=method, max_lines=count))  # type: ignore[arg-type]
+            some = detect_lines(histogram(cells), LineParameters(sigmas=0.0, method=method, max_lines=count))
             assert len(some) == count
             if method == "incremental":
                 assert np.array_equal(some, strongest[:count])
@@ -128,14 +128,14 @@ def test_fill_gap(method: str, gap: float, expected: int) -> None:
     cells = np.concatenate([row(0, 30, 20), row(34, 70, 20)])
     found = detect_lines(
         histogram(cells), LineParameters(sigmas=0.0, fill_gap=gap, method=method, theta_step=np.pi / 2)
-    )  # type: ignore[arg-type]
+    )
     level = found[np.abs(found[:, 1] - found[:, 3]) < 1e-9]
     assert len(level) == expected
 
 
 def test_nothing_dense() -> None:
     for method in ("incremental", "batch"):
-        parameters = LineParameters(method=method)  # type: ignore[arg-type]
+        parameters = LineParameters(method=method)
         assert detect_lines(histogram(np.zeros((0, 2), dtype=int)), parameters).shape == (0, 4)
         empty = GroundPlaneHistogram(Grid(CELL, (0, 0), (0, 0)), np.zeros((0, 0), dtype=np.int64))
         assert detect_lines(empty, parameters).shape == (0, 4)
