@@ -24,7 +24,7 @@ from asbuilt.corners import close_corners, drop_columns
 from asbuilt.curves import find_curves
 from asbuilt.elevations import MARGIN, ON_PLANE, Elevations, draw_elevations
 from asbuilt.evidence import Evidence
-from asbuilt.faces import Face, closed, drop_doubles, find_faces, maximal_runs, score_steps, snap_to_jambs
+from asbuilt.faces import Face, closed, cut_openings, drop_doubles, find_faces, maximal_runs, score_steps, snap_to_jambs
 from asbuilt.grid import FloatArray, Grid
 from asbuilt.partitions import find_partitions
 from asbuilt.profiles import StoreyVoxels, columns, storey_voxels
@@ -97,8 +97,9 @@ def scores() -> FloatArray:
 @cache
 def loose_faces() -> list[Face]:
     """Faces before their corners are closed."""
-    found = find_faces(elevations(), scores(), DEFAULT.walls)
-    return find_curves(snap_to_jambs(drop_doubles(found), voxels()), voxels())
+    found = drop_doubles(find_faces(elevations(), scores(), DEFAULT.walls))
+    found = snap_to_jambs(cut_openings(found, elevations(), scores(), voxels()), voxels())
+    return find_curves(found, voxels())
 
 
 def closed_faces() -> list[Face]:
