@@ -6,6 +6,7 @@ around it, which the paper names as an alternative and did not do. Thresholds of
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -53,8 +54,10 @@ def main() -> None:
     common.write_table("04_floor_and_ceiling", ["storey", *heading], rows)
 
 
-def weights(case: common.Case, count: str) -> FloatArray:
-    """What each occupied voxel (n,) adds to a histogram."""
+@cache
+def weights(name: str, count: str) -> FloatArray:
+    """What each occupied voxel (n,) of a case adds to a histogram."""
+    case = load_case(name)
     if count == "voxels":
         return np.ones(len(case.occupied))
     if count == "points":
@@ -83,10 +86,10 @@ def _run(job: tuple[str, int, str, str, float]) -> common.Totals:
     case = load_case(name)
     level = case.levels[storey]
     parameters = PAPER.replace(lines={"sigmas": sigmas})
-    chosen = _choose(case, level, heights, weights(case, count))
+    chosen = _choose(case, level, heights, weights(name, count))
     occupied = case.occupied[chosen]
     return common.score(
-        case, level, common.paper_segments(_histogram(occupied, weights(case, count)[chosen]), parameters)
+        case, level, common.paper_segments(_histogram(occupied, weights(name, count)[chosen]), parameters)
     )
 
 
@@ -118,7 +121,7 @@ def _height_errors(name: str, storey: int, count: str) -> dict[str, float | None
     z = (case.occupied[:, 2] + 0.5) * VOXEL
     rows = np.flatnonzero((z > level.floor - 0.25) & (z < truth[1] + 0.15))
     layers = case.occupied[rows, 2]
-    counts = np.bincount(layers - layers.min(), weights=weights(case, count)[rows])
+    counts = np.bincount(layers - layers.min(), weights=weights(name, count)[rows])
     found = find_floor_and_ceiling(HeightHistogram(float(layers.min() * VOXEL), VOXEL, counts))
     if found is None:
         return {"floor": None, "ceiling": None}
