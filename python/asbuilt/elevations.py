@@ -34,6 +34,10 @@ _NEAR = (0.03, 0.13)
 """Floor and ceiling this far before the plane belong to the room that sees it, m."""
 _CLOSE = (0.03, 0.08)
 """Where they go on this close behind the plane, no wall can stand; nor can its other face, m."""
+_THIN = 0.5
+"""Where well seen walls fill less than this share of their steps, the cloud is thin."""
+_MAX_STEP = 0.2
+"""Steps are no longer than this, m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 
@@ -75,8 +79,24 @@ class Elevations:
 
 
 def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels) -> Elevations:
-    """The elevations of lines (n, 4), m from the storey's origin, of which some are partitions' (n,)."""
+    """The elevations of lines (n, 4), m from the storey's origin, of which some are partitions' (n,).
+
+    Steps are as long as a voxel, or two or four in a thin cloud, so that most of a well seen wall is filled.
+    """
     step = voxels.voxel
+    elevations = _draw(lines, partition, voxels, step)
+    while step < _MAX_STEP and _well_filled(elevations) < _THIN:
+        step *= 2
+        elevations = _draw(lines, partition, voxels, step)
+    return elevations
+
+
+def _well_filled(elevations: Elevations) -> float:
+    seen = elevations.whole[elevations.whole > 0]
+    return float(np.percentile(seen, 75)) if len(seen) else 1.0
+
+
+def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: float) -> Elevations:
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
     counts = np.ceil((length + 2 * MARGIN) / step).astype(np.int64)
     first = np.concatenate([[0], np.cumsum(counts)])

@@ -88,8 +88,8 @@ def closed(elevations: Elevations, part: str, parameters: WallParameters) -> Flo
 
 def usual_filling(elevations: Elevations) -> float:
     """Share of its heights that a well seen wall of this cloud fills: thin clouds fill less."""
-    seen = elevations.whole[elevations.whole > 0.3]
-    return max(float(np.percentile(seen, 75)), 0.2) if len(seen) else 1.0
+    seen = elevations.whole[elevations.whole > 0.3 * elevations.whole.max(initial=0)]
+    return max(float(np.percentile(seen, 75)), 0.1) if len(seen) else 1.0
 
 
 def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParameters) -> list[Face]:
@@ -101,7 +101,9 @@ def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParam
         start = elevations.lines[line, :2]
         along = (elevations.lines[line, 2:] - start) / np.hypot(*(elevations.lines[line, 2:] - start))
         position = elevations.position(line)
-        for low, high, score in maximal_runs(scores[first:last], parameters.min_score, parameters.drop):
+        for low, high, score in maximal_runs(
+            scores[first:last] * elevations.step, parameters.min_score, parameters.drop
+        ):
             steps = slice(first + low, first + high)
             if not elevations.partition[line] and not _looks_like_a_wall(elevations, steps, under_ceiling[steps]):
                 continue

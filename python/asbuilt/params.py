@@ -195,18 +195,18 @@ class WallParameters:
     bridge : pieces of one plane with a gap up to this may be one wall, if what lies between can be hidden wall, m.
     closing : gaps between scan lines up to this are filled when an elevation is read, m.
     min_score, drop : a run of steps is a wall if its score reaches `min_score`; it ends where the score falls by
-        `drop` below its highest.
+        `drop` below its highest; both as metres of wall, about half as long where it is well seen.
     extend, trim : a face is drawn out to a corner by up to `extend`, and cut back to one by up to `trim`, m.
     min_length : shorter faces are not drawn, m.
     """
 
-    min_profile: float = 0.4
+    min_profile: float = 0.3
     band: float = 0.03
     trace_gap: float = 0.7
     bridge: float = 4.5
     closing: float = 0.45
-    min_score: float = 4.0
-    drop: float = 5.0
+    min_score: float = 0.2
+    drop: float = 0.25
     extend: float = 2.0
     trim: float = 0.8
     min_length: float = 0.1

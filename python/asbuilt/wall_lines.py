@@ -14,10 +14,14 @@ from asbuilt.grid import FloatArray, IntArray
 from asbuilt.params import WallParameters
 from asbuilt.profiles import Columns, StoreyVoxels
 
+_MIN_WEIGHT = 0.12
+"""Filled area that makes a line worth following, m^2."""
+
 
 def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallParameters) -> FloatArray:
     """Segments (n, 4), m from the storey's origin, that walls may stand on, strongest first."""
-    tall = columns.filled >= parameters.min_profile / voxels.voxel
+    density = usual_density(columns, voxels)
+    tall = columns.filled >= max(density * parameters.min_profile / voxels.voxel, 2)
     xy, weights = columns.xy[tall], columns.filled[tall]
     lines, strength = _core.trace_lines(
         xy,
@@ -25,11 +29,20 @@ def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallPara
         band=parameters.band,
         reach=0.5,
         gap=parameters.trace_gap,
-        min_weight=60.0 * (0.05 / voxels.voxel) ** 2,
+        min_weight=density * _MIN_WEIGHT / voxels.voxel**2,
         min_length=0.1,
     )
     lines = join_collinear(lines, strength, parameters)
     return fit_lines(lines, xy, weights, parameters.band)
+
+
+def usual_density(columns: Columns, voxels: StoreyVoxels) -> float:
+    """How well this cloud fills what stands upright, 0.15..1: from the height that a voxel's column fills in the mean."""
+    filled = columns.filled
+    if len(filled) == 0:
+        return 1.0
+    height = float((filled**2).sum() / filled.sum()) * voxels.voxel
+    return float(np.clip(height / (0.5 * max(voxels.height, 1.0)), 0.15, 1.0))
 
 
 def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallParameters) -> FloatArray:
