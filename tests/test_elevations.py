@@ -1,0 +1,93 @@
+"""What an elevation shows of a wall: its parts against the room it was made from."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from asbuilt.elevations import Elevations, ceiling_heights, close_gaps, draw_elevations, smooth
+from asbuilt.profiles import StoreyVoxels, storey_voxels
+from asbuilt.storeys import find_storeys
+from rooms import box_room, evidence, level, without
+
+
+def voxels_of(*parts: np.ndarray) -> StoreyVoxels:
+    cloud = evidence(*parts)
+    (found,) = find_storeys(cloud)
+    return storey_voxels(cloud, found, None)
+
+
+def elevation(voxels: StoreyVoxels, *line: float) -> Elevations:
+    """The elevation of one line, given in the cloud's frame."""
+    return draw_elevations(np.array([line]) - np.tile(voxels.origin, 2), np.zeros(1, dtype=np.bool_), voxels)
+
+
+ROOM = box_room(0, 0, 6, 4)
+
+
+def on_wall(drawn: Elevations, low: float, high: float) -> np.ndarray:
+    place = drawn.position(0)
+    return (place > low) & (place < high)
+
+
+@pytest.mark.parametrize("line", [(0, 0, 6, 0), (6, 0, 0, 0)])
+def test_a_bare_wall_is_filled_and_seen_from_its_room(line: tuple[float, ...]) -> None:
+    drawn = elevation(voxels_of(ROOM), *line)
+    wall = on_wall(drawn, 0.1, 5.9)
+    for part in (drawn.upper, drawn.lower, drawn.whole):
+        assert part[wall].min() > 0.9
+        assert part[~on_wall(drawn, -0.1, 6.1)].max() == 0
+    assert (drawn.left[wall] == (line[0] < line[2])).all()
+    assert drawn.front[wall].mean() > 1.5
+    for part in (drawn.floor_behind, drawn.ceiling_behind, drawn.low_behind):
+        assert part[wall].max() == 0
+
+
+def test_a_line_through_the_middle_has_the_room_on_both_sides() -> None:
+    drawn = elevation(voxels_of(ROOM), 0, 2.012, 6, 2.012)
+    middle = on_wall(drawn, 0.3, 5.7)
+    assert drawn.whole[middle].max() < 0.1
+    assert drawn.front[middle].mean() > 1.5
+    assert drawn.floor_behind[middle].mean() > 0.9
+    assert drawn.ceiling_behind[middle].mean() > 0.9
+
+
+def test_a_window_leaves_the_wall_under_and_over_it() -> None:
+    drawn = elevation(voxels_of(without(ROOM, (2, -0.1, 0.9), (4, 0.1, 2.1))), 0, 0, 6, 0)
+    window, wall = on_wall(drawn, 2.2, 3.8), on_wall(drawn, 0.2, 1.8)
+    assert drawn.lower[wall].min() > 0.9
+    # of 0.15 to 1.9 m, 0.15 to 0.9 m
+    assert drawn.lower[window].mean() == pytest.approx(0.75 / 1.75, abs=0.05)
+    assert drawn.upper[window].min() > 0.9
+    assert drawn.floor_behind[window].max() == 0
+
+
+def test_behind_a_doorway_the_floor_goes_on() -> None:
+    room = without(ROOM, (2, -0.1, 0.02), (3, 0.1, 2.1))
+    drawn = elevation(voxels_of(room, level(2, -0.2, 3, 0, 0), box_room(0, -4.2, 6, -0.2)), 0, 0, 6, 0)
+    door, wall = on_wall(drawn, 2.2, 2.8), on_wall(drawn, 3.2, 5.8)
+    assert drawn.lower[door].max() < 0.1
+    assert drawn.floor_behind[door].mean() > 0.8
+    assert drawn.floor_behind[wall].max() == 0
+
+
+def test_ceilings_of_two_rooms() -> None:
+    voxels = voxels_of(box_room(0, 0, 6, 4), box_room(0, 4.2, 6, 8, 0, 2.2))
+    place = np.array([[3.0, 4.1]]) - voxels.origin
+    along, up = np.array([[1.0, 0.0]]), np.array([[0.0, 1.0]])
+    assert ceiling_heights(place, along, -up, voxels) == pytest.approx(2.6, abs=0.01)
+    assert ceiling_heights(place, along, up, voxels) == pytest.approx(2.2, abs=0.01)
+    assert np.isnan(ceiling_heights(place + 50, along, up, voxels)).all()
+
+
+def test_smoothing_never_crosses_lines() -> None:
+    first = np.array([0, 4, 7])
+    values = np.array([0, 0, 0, 9.0, 0, 0, 3])
+    assert smooth(values, first, 3) == pytest.approx([0, 0, 3, 4.5, 0, 1, 1.5])
+    assert smooth(values, first, 1) == pytest.approx(values)
+
+
+def test_closing_fills_narrow_gaps_alone() -> None:
+    first = np.array([0, 9, 12])
+    values = np.array([0, 1, 0, 1, 0, 0, 0, 1, 0, 1.0, 0, 1])
+    assert close_gaps(values, first, 3) == pytest.approx([0, 1, 1, 1, 0, 0, 0, 1, 0, 1, 1, 1])

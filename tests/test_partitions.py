@@ -1,0 +1,64 @@
+"""Free-standing partitions have two faces; cupboards and tables that stand free have none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from asbuilt import extract_floor_plan
+from asbuilt.partitions import find_partitions
+from asbuilt.profiles import StoreyVoxels
+from rooms import box, box_room, evidence, lying_on, segments, without
+
+#: Where the two faces share voxels, second moments part them: a few millimetres.
+ASIDE = 0.006
+#: A partition's end has no wall to meet: it is where its steps of 5 cm end.
+END = 0.06
+
+
+def plan(thing: tuple[float, ...], high: float) -> np.ndarray:
+    """A room of 5.5 by 4 m with a box standing free in it."""
+    x0, y0, x1, y1 = thing
+    room = without(box_room(0, 0, 5.5, 4, 0, 3), (x0, y0, -0.01), (x1, y1, 0.01))
+    return segments(extract_floor_plan(evidence(room, box(*thing, high))))
+
+
+@pytest.mark.parametrize(("thickness", "y"), [(0.06, 2.0), (0.06, 2.03), (0.1, 2.0), (0.1, 2.013), (0.12, 2.03)])
+def test_a_partition_has_two_faces(thickness: float, y: float) -> None:
+    found = plan((1, y, 4, y + thickness), 2.1)
+    assert len(found) == 6
+    for face in (y, y + thickness):
+        ((low, high),) = lying_on(found, (1, face), (4, face), ASIDE)
+        assert (low, high) == pytest.approx((0, 3), abs=END)
+
+
+#: The floor on either side of both is as near to the one face as to the other.
+INWARD = "the faces of a partition thinner than 9 cm look at each other, not into the room"
+
+
+@pytest.mark.parametrize("thickness", [pytest.param(0.06, marks=pytest.mark.xfail(reason=INWARD)), 0.1])
+def test_each_face_is_seen_from_its_own_side(thickness: float) -> None:
+    found = plan((1, 2, 4, 2 + thickness), 2.1)
+    lower, upper = sorted((line for line in found if 1.9 < line[1] < 2.3), key=lambda line: line[1])
+    assert lower[0] > lower[2]
+    assert upper[0] < upper[2]
+
+
+@pytest.mark.parametrize(
+    ("thing", "high"),
+    [
+        pytest.param((1, 2, 4, 2.6), 2.1, id="cupboard"),
+        pytest.param((2, 2, 3.2, 2.1), 1.6, id="short screen"),
+        pytest.param((1, 2, 4, 2.9), 0.75, id="table"),
+        pytest.param((2, 2, 4.5, 2.4), 1.2, id="low shelf"),
+    ],
+)
+def test_furniture_is_no_partition(thing: tuple[float, ...], high: float) -> None:
+    assert len(plan(thing, high)) == 4
+
+
+def test_without_lines_or_voxels_nothing_changes() -> None:
+    nothing = StoreyVoxels(np.zeros(2), *(np.zeros((0, 2)),) * 2, np.zeros(0), np.zeros((0, 3)), 0.05, 2.6)
+    lines, partition = find_partitions(np.zeros((0, 4)), nothing)
+    assert lines.shape == (0, 4)
+    assert partition.shape == (0,)
