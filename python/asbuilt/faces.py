@@ -139,9 +139,7 @@ def _covered(face: Face, other: Face, apart: float) -> float:
     return float(max(min(high, other.length) - max(low, 0.0), 0.0))
 
 
-def cut_openings(
-    faces: list[Face], elevations: Elevations, scores: FloatArray, voxels: StoreyVoxels
-) -> list[Face]:
+def cut_openings(faces: list[Face], elevations: Elevations, scores: FloatArray, voxels: StoreyVoxels) -> list[Face]:
     """Cut faces where the other face of their wall has an opening.
 
     A door leaf that stands flush with one face fills it like wall; seen from the other side it stands in a recess,
