@@ -205,5 +205,6 @@ def _cost(face: Face, beyond: float, at_end: bool, elevations: Elevations, score
     count = elevations.first[face.line + 1] - first
     steps = np.clip(((np.array([low, high]) + MARGIN) / elevations.step).astype(np.int64), 0, count)
     passed = scores[first + steps[0] : first + steps[1]]
-    against = 1.5 * (passed < -1).sum() if beyond > 0 else (passed > 0.8).sum()
+    # A hidden stretch costs nothing more; one where neither wall nor room was seen does.
+    against = 1.5 * (passed < -1).sum() + (passed < -0.2).sum() if beyond > 0 else (passed > 0.8).sum()
     return 0.35 * abs(beyond) + float(against) * elevations.step

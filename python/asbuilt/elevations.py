@@ -34,10 +34,8 @@ _NEAR = (0.03, 0.13)
 """Floor and ceiling this far before the plane belong to the room that sees it, m."""
 _CLOSE = (0.03, 0.08)
 """Where they go on this close behind the plane, no wall can stand; nor can its other face, m."""
-_THIN = 0.5
-"""Where well seen walls fill less than this share of their steps, the cloud is thin."""
-_MAX_STEP = 0.2
-"""Steps are no longer than this, m."""
+_THIN = (0.5, 0.85)
+"""In clouds thinner than this, steps are two and four voxels long."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 
@@ -83,17 +81,8 @@ def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxel
 
     Steps are as long as a voxel, or two or four in a thin cloud, so that most of a well seen wall is filled.
     """
-    step = voxels.voxel
-    elevations = _draw(lines, partition, voxels, step)
-    while step < _MAX_STEP and _well_filled(elevations) < _THIN:
-        step *= 2
-        elevations = _draw(lines, partition, voxels, step)
-    return elevations
-
-
-def _well_filled(elevations: Elevations) -> float:
-    seen = elevations.whole[elevations.whole > 0]
-    return float(np.percentile(seen, 75)) if len(seen) else 1.0
+    thin = [voxels.thinness > limit for limit in _THIN]
+    return _draw(lines, partition, voxels, voxels.voxel * 2 ** sum(thin))
 
 
 def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: float) -> Elevations:

@@ -130,10 +130,11 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
 def _covered(face: Face, other: Face, apart: float) -> float:
     """Length of `face` that lies beside `other`, nearly parallel, with the room on the same side."""
     relative = np.array([face.start - other.start, face.end - other.start])
-    aside = np.abs(relative @ other.normal)
+    aside = relative @ other.normal
+    across = aside[0] * aside[1] < 0 or np.abs(aside).min() < 0.03
     facing = float(face.along @ other.along)
     # The other face of a wall looks the other way; what crosses a wall at a small angle is no face of it.
-    if aside.max() > apart or (facing < 0.98 and not (abs(facing) > 0.96 and aside.min() < 0.03)):
+    if np.abs(aside).max() > apart or (facing < 0.98 and not (abs(facing) > 0.96 and across)):
         return 0.0
     low, high = relative @ other.along
     return float(max(min(high, other.length) - max(low, 0.0), 0.0))
@@ -271,7 +272,8 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
     front = elevations.front[steps].mean()
     if front < 0.1 or whole.mean() < 0.06 or (front < 0.35 and whole.mean() < 0.35):
         return False  # outside, in a window's reveal, or hardly seen
-    if floor_behind > 0.45 or (ceiling_behind > 0.45 and upper.mean() < 0.3):
+    filled = upper.mean() > 0.7 and whole.mean() > 0.7 and ceiling_behind < 0.3
+    if (floor_behind > 0.45 and not filled) or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room
     if length < 1.3 and (upper.mean() < 0.5 or whole.mean() < 0.45):
         return False  # a door leaf, or a thing on a wall

@@ -35,6 +35,8 @@ class StoreyVoxels:
     covariance : (n, 3: xx, xy, yy) of each voxel's points, m^2.
     voxel : side of a voxel, m.
     height : from floor to ceiling, m.
+    thinness : share of the voxels between floor and ceiling that hold one point only; above a half, the cloud is too
+        thin to fill the voxels of a surface.
     """
 
     origin: FloatArray
@@ -44,6 +46,7 @@ class StoreyVoxels:
     covariance: FloatArray
     voxel: float
     height: float
+    thinness: float = 0.0
 
 
 def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> StoreyVoxels:
@@ -66,7 +69,10 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     cells = index - np.round(corner / evidence.voxel).astype(np.int64)
     origin = np.round(corner / evidence.voxel) * evidence.voxel
     xy = cells * evidence.voxel + evidence.mean[kept, :2]
-    return StoreyVoxels(origin, cells, xy, z[kept], evidence.covariance[kept], evidence.voxel, height)
+    standing = (z[kept] > 0.3) & (z[kept] < height - 0.2)
+    single = evidence.count[kept][standing] == 1
+    thinness = float(single.mean()) if len(single) else 0.0
+    return StoreyVoxels(origin, cells, xy, z[kept], evidence.covariance[kept], evidence.voxel, height, thinness)
 
 
 @dataclass(frozen=True)

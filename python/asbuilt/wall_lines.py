@@ -20,7 +20,8 @@ _MIN_WEIGHT = 0.12
 
 def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallParameters) -> FloatArray:
     """Segments (n, 4), m from the storey's origin, that walls may stand on, strongest first."""
-    density = usual_density(columns, voxels)
+    # Where most voxels hold one point, as many again were missed.
+    density = float(np.clip(((1 - voxels.thinness) / 0.55) ** 2, 0.15, 1.0))
     tall = columns.filled >= max(density * parameters.min_profile / voxels.voxel, 2)
     xy, weights = columns.xy[tall], columns.filled[tall]
     lines, strength = _core.trace_lines(
@@ -34,15 +35,6 @@ def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallPara
     )
     lines = join_collinear(lines, strength, parameters)
     return fit_lines(lines, xy, weights, parameters.band)
-
-
-def usual_density(columns: Columns, voxels: StoreyVoxels) -> float:
-    """How well this cloud fills what stands upright, 0.15..1: from the height that a voxel's column fills in the mean."""
-    filled = columns.filled
-    if len(filled) == 0:
-        return 1.0
-    height = float((filled**2).sum() / filled.sum()) * voxels.voxel
-    return float(np.clip(height / (0.5 * max(voxels.height, 1.0)), 0.15, 1.0))
 
 
 def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallParameters) -> FloatArray:
