@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt.evidence import Evidence, rows_in
+from asbuilt.evidence import Evidence, rows_in, unique_rows
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.storeys import Level, drop_strays
 
@@ -61,7 +61,7 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     z = evidence.index[:, 2] * evidence.voxel + evidence.mean[:, 2] - level.floor
     kept = np.flatnonzero((z > -_BELOW_FLOOR) & (z < top))
     coarse = evidence.index[kept] // 2
-    kept = kept[rows_in(coarse, drop_strays(np.unique(coarse, axis=0)))]
+    kept = kept[rows_in(coarse, drop_strays(unique_rows(coarse)))]
     index = evidence.index[kept, :2]
     # The same origin for the same cloud, wherever it stands: a whole number of metres near its middle.
     middle = np.median(index, axis=0) if len(index) else np.zeros(2)
