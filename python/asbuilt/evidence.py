@@ -164,14 +164,19 @@ def evidence_from_points(points: FloatArray, parameters: EvidenceParameters | No
 
 def unique_rows(index: IntArray) -> IntArray:
     """The different rows of (n, 3) integer indices, sorted by their columns."""
+    return count_rows(index)[0]
+
+
+def count_rows(index: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+    """The different rows (m, 3) of (n, 3) integer indices, sorted; which of them each row is (n,); how often (m,)."""
     if len(index) == 0:
-        return index
+        nothing = np.zeros(0, dtype=np.int64)
+        return index, nothing, nothing
     low, span = index.min(axis=0).astype(np.int64), np.ptp(index, axis=0).astype(np.int64) + 1
-    keys = np.unique(_keys(index, low, span))
+    keys, inverse, counts = np.unique(_keys(index, low, span), return_inverse=True, return_counts=True)
     rows, z = np.divmod(keys, span[2])
     x, y = np.divmod(rows, span[1])
-    rows_of_keys: IntArray = np.column_stack([x, y, z]) + low
-    return rows_of_keys
+    return np.column_stack([x, y, z]) + low, inverse, counts
 
 
 def rows_in(index: IntArray, among: IntArray) -> NDArray[np.bool_]:

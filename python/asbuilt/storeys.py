@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from asbuilt.evidence import Evidence, rows_in
+from asbuilt.evidence import Evidence, count_rows, rows_in
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.params import StoreyParameters
 
@@ -219,12 +219,12 @@ def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
     """Leave out voxels that stand alone: in cubes of `size` voxels that hold, with the 26 around, less than `least`."""
     if len(occupied) == 0:
         return occupied
-    cubes, inverse, counts = np.unique(occupied // size, axis=0, return_inverse=True, return_counts=True)
+    cubes, inverse, counts = count_rows(occupied // size)
     pairs = cKDTree(cubes).query_pairs(1.8, output_type="ndarray")
     around = counts.copy()
     np.add.at(around, pairs[:, 0], counts[pairs[:, 1]])
     np.add.at(around, pairs[:, 1], counts[pairs[:, 0]])
-    return occupied[(around >= least)[inverse.ravel()]]
+    return occupied[(around >= least)[inverse]]
 
 
 def _extent(z: IntArray) -> tuple[int, int]:
