@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from asbuilt import _core
 from asbuilt.grid import FloatArray, IntArray
@@ -217,6 +216,8 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
 
     Scan lines that fall on a far wall leave gaps between them; ends stay where they are.
     """
+    from scipy import ndimage  # heavy: help and errors do not wait for it
+
     closed = np.empty_like(values)
     for low, high in itertools.pairwise(first):
         closed[low:high] = ndimage.grey_closing(np.pad(values[low:high], width), width)[width:-width]

@@ -12,8 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
-from scipy.spatial import cKDTree
 
 from asbuilt.evidence import Evidence, count_rows, rows_in
 from asbuilt.grid import FloatArray, IntArray
@@ -87,6 +85,8 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     storey's ceiling is the highest surface over its floor that covers a fair share of it; where nothing was scanned
     there, the height to which most of what stands on the floor reaches.
     """
+    from scipy import ndimage  # heavy: help and errors do not wait for it
+
     parameters = parameters or StoreyParameters()
     voxel = parameters.voxel
     occupied = drop_strays(evidence.occupied(voxel))
@@ -219,6 +219,8 @@ def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
     """Leave out voxels that stand alone: in cubes of `size` voxels that hold, with the 26 around, less than `least`."""
     if len(occupied) == 0:
         return occupied
+    from scipy.spatial import cKDTree  # heavy: help and errors do not wait for it
+
     cubes, inverse, counts = count_rows(occupied // size)
     pairs = cKDTree(cubes).query_pairs(1.8, output_type="ndarray")
     around = counts.copy()
