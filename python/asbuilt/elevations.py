@@ -115,7 +115,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         for level, sign in zip(on_floor | at_ceiling, (1, -1), strict=True)
     ]
     wide = 2 * round(0.4 / step) + 1
-    left = smooth(faces[0], first, wide) >= smooth(faces[1], first, wide)
+    left = partition[line_of] | (smooth(faces[0], first, wide) >= smooth(faces[1], first, wide))
 
     sign = np.where(left, 1, -1)[at]
     ceiling = np.where(left, ceilings[0], ceilings[1])

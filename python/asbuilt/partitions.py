@@ -10,7 +10,7 @@ import numpy as np
 
 from asbuilt import _core
 from asbuilt.elevations import BoolArray
-from asbuilt.grid import FloatArray
+from asbuilt.grid import FloatArray, IntArray
 from asbuilt.profiles import StoreyVoxels
 
 _MIN_LENGTH = 1.5
@@ -31,6 +31,7 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
 
     Without voxels or lines nothing changes.
     """
+    lines = lines.copy()
     partition = np.zeros(len(lines), dtype=np.bool_)
     replaced = partition.copy()
     faces: list[FloatArray] = []
@@ -44,8 +45,9 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
             continue
         planes = _two_planes(lines[i], z[here], along[here], offset[here], voxels.covariance[voxel[here]])
         top = _top(z[here], offset[here])
+        sides = np.array([-1, 1])
         if planes is None and _DOOR_HEIGHT < top < voxels.height - 0.3:
-            planes = _screen(length[i], z[here], along[here], offset[here])
+            planes, sides = _screen(length[i], z[here], along[here], offset[here]) or (None, sides)
         elif planes is not None and not _stands_free(
             planes, length[i], z[here], along[here], offset[here], voxels.height
         ):
@@ -62,12 +64,21 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
         same &= (place > -0.3).all(axis=1) & (place < length[i] + 0.3).all(axis=1)
         if np.ptp(planes.mean(axis=1)) < _SHARED:
             replaced |= same
-            faces += [lines[i] + np.concatenate([plane[0] * normal, plane[1] * normal]) for plane in planes]
+            along_planes = [lines[i] + np.concatenate([plane[0] * normal, plane[1] * normal]) for plane in planes]
+            faces += [_turned(face, side > 0) for face, side in zip(along_planes, sides, strict=True)]
         else:
             partition |= same
+            forward = place[:, 1] > place[:, 0]
+            for k in np.flatnonzero(same):
+                lines[k] = _turned(lines[k], forward[k] == (aside[k].mean() > planes.mean()))
     kept = ~replaced
     marked = np.concatenate([np.ones(len(faces), dtype=np.bool_), partition[kept]])
     return np.concatenate([np.array(faces).reshape(-1, 4), lines[kept]]), marked
+
+
+def _turned(line: FloatArray, keep: bool) -> FloatArray:
+    """A line (4,) as it is, or with its ends exchanged."""
+    return line if keep else line[[2, 3, 0, 1]]
 
 
 def _two_planes(
@@ -97,8 +108,12 @@ def _two_planes(
     return np.stack([centre - half, centre + half])
 
 
-def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray) -> FloatArray | None:
-    """Offsets (1 or 2 planes, 2) of the faces of a screen of which only the front is seen, m; None for other things.
+def _screen(
+    length: float, z: FloatArray, along: FloatArray, offset: FloatArray
+) -> tuple[FloatArray, IntArray] | None:
+    """The faces of a screen of which only the front is seen; None for other things.
+
+    Offsets from the line (1 or 2 planes, 2), m, and the side on which the room before each lies: 1 for the left.
 
     A cupboard shows its sides where it shows its front; a screen has none. Its end, where seen, shows how thick it is.
     """
@@ -126,7 +141,7 @@ def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray)
     caps = [behind[standing & (np.abs(along - tip) < 0.06) & (behind > -0.03) & (behind < 0.15)] for tip in open_ends]
     thickness = max((float(np.percentile(cap, 95)) for cap in caps if len(cap)), default=0.0)
     faces = [0.0] if thickness < 0.025 else [0.0, -front * thickness]
-    return np.array([[face, face] for face in faces])
+    return np.array([[face, face] for face in faces]), np.array([front, -front][: len(faces)])
 
 
 def _top(z: FloatArray, offset: FloatArray) -> float:

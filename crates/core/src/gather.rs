@@ -88,12 +88,12 @@ pub fn gather(
 fn gather_file(path: &Path, voxel: f64, frame: Frame, progress: &Progress) -> Result<(Evidence, Skipped)> {
     let source = open(path)?;
     let empty = Evidence::new(voxel)?;
-    (0..source.parts())
+    let (evidence, skipped) = (0..source.parts())
         .into_par_iter()
         .try_fold(
             || (empty.clone(), Skipped::default()),
             |(mut evidence, skipped), part| {
-                let more = add_part(source.as_ref(), path, part, frame, &mut evidence, progress)?;
+                let more = add_part(source.as_ref(), part, frame, &mut evidence, progress)?;
                 Ok((evidence, sum(skipped, more)))
             },
         )
@@ -104,12 +104,13 @@ fn gather_file(path: &Path, voxel: f64, frame: Frame, progress: &Progress) -> Re
                 large.merge(&small)?;
                 Ok((large, sum(a, b)))
             },
-        )
+        )?;
+    source.header().check(path, evidence.points() + skipped.invalid + skipped.not_finite)?;
+    Ok((evidence, skipped))
 }
 
 fn add_part(
     source: &dyn Source,
-    path: &Path,
     part: usize,
     frame: Frame,
     evidence: &mut Evidence,
@@ -133,7 +134,7 @@ fn add_part(
             let number = batch.scans.get(start).copied().unwrap_or(batch.scan);
             let run = batch.scans[start.min(batch.scans.len())..].iter().take_while(|&&scan| scan == number).count();
             let end = if run == 0 { points.len() } else { start + run };
-            let (key, position) = scan_identity(source.header(), path, number);
+            let (key, position) = scan_identity(source.header(), number);
             let scan = evidence.scan(&key, position.map(|p| frame.apply(p)));
             too_far += evidence.add(&points[start..end], scan);
             start = end;
@@ -145,19 +146,10 @@ fn add_part(
     Ok(skipped)
 }
 
-/// What a scan is known by, and where its scanner stood. LAS numbers its scans across files; a file that numbers none
-/// is one scan, known by its size and bounds.
-fn scan_identity(header: &Header, path: &Path, number: u32) -> (String, Option<[f64; 3]>) {
-    if let Some(scan) = header.scans.iter().find(|scan| scan.number == number) {
-        return (scan.key.clone(), scan.position);
-    }
-    if number != 0 {
-        return (format!("source {number}"), None);
-    }
-    match (header.points, header.bounds) {
-        (Some(points), Some([low, high])) => (format!("{points} points from {low:?} to {high:?}"), None),
-        _ => (path.file_name().unwrap_or_default().to_string_lossy().into_owned(), None),
-    }
+/// What a scan is known by, and where its scanner stood.
+fn scan_identity(header: &Header, number: u32) -> (String, Option<[f64; 3]>) {
+    let position = header.scans.iter().find(|scan| scan.number == number).and_then(|scan| scan.position);
+    (header.scan_key(number), position)
 }
 
 fn sum(a: Skipped, b: Skipped) -> Skipped {

@@ -43,8 +43,10 @@ impl PointReader {
         let source = py.detach(|| open(&path)).map_err(|e| to_python(py, &e))?;
         let (sender, receiver) = sync_channel(4);
         std::thread::spawn(move || {
+            let mut seen = 0;
             for part in 0..source.parts() {
                 let read = source.read(part, &mut |batch| {
+                    seen += batch.points.len() as u64;
                     let scans = match batch.scans.is_empty() {
                         true => vec![batch.scan; batch.points.len()],
                         false => batch.scans.clone(),
@@ -52,10 +54,16 @@ impl PointReader {
                     // The receiver is gone: nobody wants more.
                     sender.send(Ok((batch.points.clone(), scans))).map_err(|_| Error::Interrupted)
                 });
-                if let Err(error) = read {
-                    let _ = sender.send(Err(error));
-                    return;
+                match read {
+                    Ok(skipped) => seen += skipped.invalid + skipped.not_finite,
+                    Err(error) => {
+                        let _ = sender.send(Err(error));
+                        return;
+                    }
                 }
+            }
+            if let Err(error) = source.header().check(&path, seen) {
+                let _ = sender.send(Err(error));
             }
         });
         Ok(Self { batches: Mutex::new(receiver) })
