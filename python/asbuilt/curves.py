@@ -134,6 +134,8 @@ def _draw_arcs(chain: list[Face], circle: tuple[FloatArray, float], curve: int) 
             stretches[-1][1] = max(stretches[-1][1], float(end))
         else:
             stretches.append([float(start), float(end)])
+    # A full circle ends where it starts.
+    stretches[-1][1] = min(stretches[-1][1], stretches[0][0] + 2 * np.pi)
     step = 2 * np.arccos(1 - min(_SAGITTA / radius, 1.0))
     chords = []
     for start, end in stretches:

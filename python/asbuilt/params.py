@@ -225,7 +225,7 @@ class Parameters:
     Attributes
     ----------
     method : "paper" finds walls by sections 3.2 to 3.4 and 5.3; "profile" by the vertical profile of each cell
-        (not in the paper; see `asbuilt.walls`).
+        (not in the paper; see `asbuilt.profiles` to `asbuilt.corners`).
     """
 
     preset_name: str = "default"

@@ -108,9 +108,7 @@ def _two_planes(
     return np.stack([centre - half, centre + half])
 
 
-def _screen(
-    length: float, z: FloatArray, along: FloatArray, offset: FloatArray
-) -> tuple[FloatArray, IntArray] | None:
+def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray) -> tuple[FloatArray, IntArray] | None:
     """The faces of a screen of which only the front is seen; None for other things.
 
     Offsets from the line (1 or 2 planes, 2), m, and the side on which the room before each lies: 1 for the left.

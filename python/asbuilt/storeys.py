@@ -17,6 +17,8 @@ from asbuilt.evidence import Evidence, count_rows, rows_in
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.params import StoreyParameters
 
+_RUN_GAPS = (1, 3)
+"""Voxels of a column this far apart belong to one wall; the second in clouds most of whose voxels hold one point."""
 _MIN_STOREY_HEIGHT = 2.0
 """Floors closer together than this are one storey with steps in it, m."""
 
@@ -85,8 +87,6 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     storey's ceiling is the highest surface over its floor that covers a fair share of it; where nothing was scanned
     there, the height to which most of what stands on the floor reaches.
     """
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
     parameters = parameters or StoreyParameters()
     voxel = parameters.voxel
     occupied = drop_strays(evidence.occupied(voxel))
@@ -100,8 +100,26 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     stood_on = gap > headroom
     covered = stood_on & (gap < np.iinfo(np.int32).max)
     base = int(occupied[:, 2].min())
+    thin = float(np.mean(evidence.count == 1)) > 0.5
+    floors = _find_floors(occupied, stood_on, covered, _RUN_GAPS[thin], parameters)
+
+    levels = []
+    for number, floor in enumerate(floors):
+        z = _surface_height(evidence, occupied[stood_on], base + floor, voxel)
+        above = (base + floors[number + 1]) * voxel if number + 1 < len(floors) else None
+        levels.append(Level(number, z, _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom)))
+    return levels
+
+
+def _find_floors(
+    occupied: IntArray, stood_on: NDArray[np.bool_], covered: NDArray[np.bool_], gap: int, parameters: StoreyParameters
+) -> list[int]:
+    """Heights of the floors, in voxels above the lowest, lowest first."""
+    from scipy import ndimage  # heavy: help and errors do not wait for it
+
+    voxel, base = parameters.voxel, int(occupied[:, 2].min())
     bins = int(np.ptp(occupied[:, 2])) + 1
-    first, length = _runs(occupied)
+    first, length = _runs(occupied, gap)
     tall = length >= round(1.5 / voxel)
     indoors = covered | (stood_on & _enclosed(occupied[:, :2], occupied[first[tall], :2], round(20 / voxel)))
     area = _spread(np.bincount(occupied[covered, 2] - base, minlength=bins) / 2)
@@ -118,14 +136,7 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
         enclosed = walls[peak] >= 2 * np.sqrt(area[peak])
         if summit[peak] and enclosed and all(abs(peak - floor) >= apart for floor in floors):
             floors.append(int(peak))
-    floors.sort()
-
-    levels = []
-    for number, floor in enumerate(floors):
-        z = _surface_height(evidence, occupied[stood_on], base + floor, voxel)
-        above = (base + floors[number + 1]) * voxel if number + 1 < len(floors) else None
-        levels.append(Level(number, z, _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom)))
-    return levels
+    return sorted(floors)
 
 
 def _spread(counts: FloatArray) -> FloatArray:
@@ -134,11 +145,13 @@ def _spread(counts: FloatArray) -> FloatArray:
     return padded[1:-1] + 0.5 * (padded[:-2] + padded[2:])
 
 
-def _runs(occupied: IntArray) -> tuple[IntArray, IntArray]:
-    """Where each vertical run of voxels (n, 3) starts among them, and how many it holds."""
-    start = np.any(np.diff(occupied, axis=0) != (0, 0, 1), axis=1)
+def _runs(occupied: IntArray, gap: int) -> tuple[IntArray, IntArray]:
+    """Where each vertical run of voxels (n, 3) starts among them, and how high it is, across steps of up to `gap`."""
+    steps = np.diff(occupied, axis=0)
+    start = (steps[:, :2] != 0).any(axis=1) | (steps[:, 2] > gap)
     first = np.concatenate([[0], np.flatnonzero(start) + 1])
-    return first, np.diff(np.append(first, len(occupied)))
+    last = np.append(first[1:], len(occupied)) - 1
+    return first, occupied[last, 2] - occupied[first, 2] + 1
 
 
 def _enclosed(cells: IntArray, tall: IntArray, reach: int) -> NDArray[np.bool_]:
