@@ -44,7 +44,6 @@ def test_a_round_room_is_one_curve(radius: float) -> None:
     assert 0 <= sum(face.length for face in plan.wall_faces) - 2 * np.pi * radius < 0.6
 
 
-@pytest.mark.xfail(reason="the arc of a full circle ends 0.13 m (radius 1.5 m) to 0.5 m (6 m) past its start")
 def test_a_round_room_closes() -> None:
     plan = extract_floor_plan(evidence(circle(1.5), disc(1.5, 0), disc(1.5, 2.6)))
     assert sum(face.length for face in plan.wall_faces) == pytest.approx(2 * np.pi * 1.5, rel=0.002)
