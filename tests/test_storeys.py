@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from asbuilt import evidence_from_points, find_floor_and_ceiling, find_storeys, height_histogram
+from asbuilt import (
+    evidence_from_points,
+    find_floor_and_ceiling,
+    find_floor_and_ceiling_by_scan,
+    find_storeys,
+    height_histogram,
+)
 from asbuilt.evidence import unique_rows
 from asbuilt.storeys import drop_strays
 from rooms import box, box_room, evidence, level, wall, walls, without
@@ -92,3 +98,13 @@ def test_drop_strays_leaves_surfaces_whole() -> None:
     assert np.array_equal(drop_strays(both), surface)
     assert np.array_equal(drop_strays(drop_strays(both)), surface)
     assert len(drop_strays(both[:0])) == 0
+
+
+def test_each_scan_has_the_heights_of_its_own_room() -> None:
+    low = evidence_from_points(box_room(0, 0, 5, 4, 0.0, 2.4), scan="low")
+    high = evidence_from_points(box_room(8, 0, 13, 4, 0.5, 3.6), scan="high")
+    found = find_floor_and_ceiling_by_scan(low.merged(high))
+    # the middle of a bin of 10 cm, on either side of a surface that lies on its edge
+    assert found["low"] == pytest.approx((0.0, 2.4), abs=CEILING)
+    assert found["high"] == pytest.approx((0.5, 3.6), abs=CEILING)
+    assert find_floor_and_ceiling_by_scan(evidence_from_points(np.zeros((0, 3)))) == {}

@@ -17,7 +17,12 @@ from asbuilt.pipeline import extract_floor_plan
 from asbuilt.plan import FloorPlan, Storey, WallFace, load_plan
 from asbuilt.read import PointCloud, read
 from asbuilt.refine import fit_to_cells, merge_collinear
-from asbuilt.storeys import find_floor_and_ceiling, find_storeys, height_histogram
+from asbuilt.storeys import (
+    find_floor_and_ceiling,
+    find_floor_and_ceiling_by_scan,
+    find_storeys,
+    height_histogram,
+)
 
 __version__ = "0.1.0"
 
@@ -39,6 +44,7 @@ __all__ = [
     "evidence_from_points",
     "extract_floor_plan",
     "find_floor_and_ceiling",
+    "find_floor_and_ceiling_by_scan",
     "find_storeys",
     "fit_to_cells",
     "gather_evidence",

@@ -80,6 +80,31 @@ def find_floor_and_ceiling(histogram: HeightHistogram) -> tuple[float, float] | 
     return float(histogram.heights[peaks[0]]), float(histogram.heights[peaks[-1]])
 
 
+def find_floor_and_ceiling_by_scan(evidence: Evidence, voxel: float = 0.1) -> dict[str, tuple[float, float] | None]:
+    """Floor and ceiling about each scan, by its key: heights (m), or None where its histogram has no two maxima.
+
+    The per-room reading of section 3.1, with a scan for a room: the histogram counts the voxels of side `voxel` (m) in
+    the bricks that the scan hit. A scan also sees into other rooms, but most of all its own.
+
+    Raises
+    ------
+    ParameterError : `voxel` is not a multiple of the evidence's.
+    """
+    hits = evidence.core.brick_scans()
+    occupied = evidence.occupied(voxel)
+    if len(occupied) == 0:
+        return {}
+    lower_corner = np.round(occupied * (voxel / evidence.voxel)).astype(np.int64)
+    bricks, brick_of, _ = count_rows(np.concatenate([lower_corner // hits["side"], hits["brick"]]))
+    of_voxel, of_hit = brick_of[: len(occupied)], brick_of[len(occupied) :]
+    found = {}
+    for number, (key, _, _) in enumerate(evidence.scans):
+        seen = np.zeros(len(bricks), dtype=np.bool_)
+        seen[of_hit[hits["scan"] == number]] = True
+        found[key] = find_floor_and_ceiling(height_histogram(occupied[seen[of_voxel]], voxel))
+    return found
+
+
 def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None) -> list[Level]:
     """The storeys of a cloud, lowest first; none where nothing can be stood on (not in the paper).
 
