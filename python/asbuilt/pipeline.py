@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from asbuilt import _core
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.cross_sections import select_cross_sections
 from asbuilt.curves import find_curves
@@ -116,17 +117,17 @@ def _plan_by_the_paper(evidence: Evidence, level: Level, parameters: Parameters,
 
 def _faces(segments: FloatArray, occupied: IntArray, voxel: float, level: Level) -> tuple[WallFace, ...]:
     """Segments (n, 4), m, as wall faces, with the voxels within one voxel of each counted and measured."""
-    centres = (occupied[:, :2] + 0.5) * voxel
+    centres = (occupied[:, :2].astype(np.float64) + 0.5) * voxel
+    # A segment ends at its last cell: a hair more, so that rounding does not decide whether that cell counts.
+    face_of, _, along, offset = _core.strips(centres, segments, voxel, 1e-9)
+    first = np.searchsorted(face_of, np.arange(len(segments) + 1))
     faces = []
     for number, (x1, y1, x2, y2) in enumerate(segments.tolist()):
-        length = max(float(np.hypot(x2 - x1, y2 - y1)), 1e-12)
-        relative = centres - (x1, y1)
-        position = (relative @ (x2 - x1, y2 - y1)) / length
-        offset = (relative @ (y1 - y2, x2 - x1)) / length
-        near = (np.abs(offset) <= voxel) & (position >= 0) & (position <= length)
-        steps = max(int(np.ceil(length / voxel)), 1)
-        seen = len(np.unique((position[near] / voxel).astype(np.int64))) / steps
-        rms = float(np.sqrt(np.mean(offset[near] ** 2))) if near.any() else 0.0
+        near = slice(first[number], first[number + 1])
+        steps = max(int(np.ceil(np.hypot(x2 - x1, y2 - y1) / voxel)), 1)
+        seen = len(np.unique((along[near] / voxel).astype(np.int64))) / steps
+        voxels = len(offset[near])
+        rms = float(np.sqrt(np.mean(offset[near] ** 2))) if voxels else 0.0
         face_id = f"S{level.index}-F{number + 1}"
-        faces.append(WallFace((x1, y1), (x2, y2), min(seen, 1.0), rms, int(near.sum()), None, face_id))
+        faces.append(WallFace((x1, y1), (x2, y2), min(seen, 1.0), rms, voxels, None, face_id))
     return tuple(faces)
