@@ -10,8 +10,7 @@ __all__ = [
     "Evidence",
     "PointReader",
     "formats",
-    "hough_batch",
-    "hough_incremental",
+    "hough_lines",
     "read_header",
     "strips",
     "trace_lines",
@@ -66,19 +65,10 @@ class PointReader:
 
 def formats() -> list[tuple[str, list[str]]]: ...
 def read_header(path: str | PathLike[str]) -> dict[str, Any]: ...
-def hough_batch(
+def hough_lines(
     cells: NDArray[np.int32],
     *,
-    orientations: int,
-    rho_step: float,
-    fill_gap: float,
-    min_length: float,
-    min_votes: int,
-    max_lines: int,
-) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
-def hough_incremental(
-    cells: NDArray[np.int32],
-    *,
+    incremental: bool,
     orientations: int,
     rho_step: float,
     fill_gap: float,

@@ -26,14 +26,11 @@ _MAX_COST = 1.2
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two faces and where their lines cross: `beyond` (m) is how far the corner lies past the end of the one and the
-    start of the other.
-    """
+    """Two faces, the corner (2,) where the first can end and the second start, and what that takes, m."""
 
     first: int
     second: int
     corner: FloatArray
-    beyond: tuple[float, float]
     cost: float
 
 
@@ -42,15 +39,11 @@ def close_corners(
 ) -> list[Face]:
     """Cut faces where walls stand against them, and let ends and starts meet."""
     faces = cut_at_walls(faces)
-    ends: set[int] = set()
-    starts: set[int] = set()
     closed = list(faces)
     for meeting in sorted(find_meetings(faces, elevations, scores, parameters), key=lambda m: (m.cost, m.first)):
         i, j = meeting.first, meeting.second
-        if meeting.cost > _MAX_COST or i in ends or j in starts or faces[i].fixed[1] or faces[j].fixed[0]:
+        if meeting.cost > _MAX_COST or closed[i].fixed[1] or closed[j].fixed[0]:
             continue
-        ends.add(i)
-        starts.add(j)
         closed[i] = replace(closed[i], end=meeting.corner, fixed=(closed[i].fixed[0], True))
         closed[j] = replace(closed[j], start=meeting.corner, fixed=(True, closed[j].fixed[1]))
     return [
@@ -107,13 +100,12 @@ def find_meetings(
             near &= (beyond > -parameters.trim) & (beyond < parameters.extend)
         near &= (on_first > 0.03) & (on_second < length - 0.03)
         for j in np.flatnonzero(near):
-            reach = (float(beyond_end[j]), float(beyond_start[j]))
-            if _passes_through(start, end, along, i, int(j), start[i] + on_first[j] * along[i]):
+            corner = start[i] + on_first[j] * along[i]
+            if _passes_through(start, end, along, i, int(j), corner):
                 continue
-            cost = _cost(face, reach[0], True, elevations, scores) + _cost(
-                faces[j], reach[1], False, elevations, scores
-            )
-            meetings.append(Meeting(i, int(j), start[i] + on_first[j] * along[i], reach, cost))
+            cost = _cost(face, float(beyond_end[j]), True, elevations, scores)
+            cost += _cost(faces[j], float(beyond_start[j]), False, elevations, scores)
+            meetings.append(Meeting(i, int(j), corner, cost))
     return meetings
 
 
@@ -196,8 +188,7 @@ def _crossings(start: FloatArray, along: FloatArray, i: int) -> tuple[FloatArray
 
 def _cost(face: Face, beyond: float, at_end: bool, elevations: Elevations, scores: FloatArray) -> float:
     """What it takes to draw a face out by `beyond` m, or to cut it back: length, and length that speaks against it."""
-    start = elevations.lines[face.line, :2]
-    along = (elevations.lines[face.line, 2:] - start) / np.hypot(*(elevations.lines[face.line, 2:] - start))
+    start, along = elevations.lines[face.line, :2], elevations.along(face.line)
     tip = face.end if at_end else face.start
     moved = tip + (beyond if at_end else -beyond) * face.along
     low, high = sorted((float((tip - start) @ along), float((moved - start) @ along)))

@@ -69,6 +69,11 @@ class Elevations:
     low_behind: FloatArray
     partition: BoolArray
 
+    def along(self, line: int) -> FloatArray:
+        """Unit vector (2,) from the start of a line to its end."""
+        way: FloatArray = self.lines[line, 2:] - self.lines[line, :2]
+        return way / float(np.hypot(*way))
+
     def position(self, line: int) -> FloatArray:
         """Middle of each step along a line, m from its start."""
         return (np.arange(self.first[line + 1] - self.first[line]) + 0.5) * self.step - MARGIN

@@ -95,17 +95,17 @@ def usual_filling(elevations: Elevations) -> float:
 def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParameters) -> list[Face]:
     """The stretches of each line that score as wall and look like one as a whole."""
     under_ceiling = closed(elevations, "upper", parameters)
+    full = usual_filling(elevations)
     faces = []
     for line in range(len(elevations.lines)):
         first, last = elevations.first[line], elevations.first[line + 1]
-        start = elevations.lines[line, :2]
-        along = (elevations.lines[line, 2:] - start) / np.hypot(*(elevations.lines[line, 2:] - start))
+        start, along = elevations.lines[line, :2], elevations.along(line)
         position = elevations.position(line)
         for low, high, score in maximal_runs(
             scores[first:last] * elevations.step, parameters.min_score, parameters.drop
         ):
             steps = slice(first + low, first + high)
-            if not elevations.partition[line] and not _looks_like_a_wall(elevations, steps, under_ceiling[steps]):
+            if not elevations.partition[line] and not _looks_like_a_wall(elevations, steps, under_ceiling[steps], full):
                 continue
             ends = [start + (position[low] - elevations.step / 2) * along]
             ends.append(start + (position[high - 1] + elevations.step / 2) * along)
@@ -164,15 +164,14 @@ def cut_openings(faces: list[Face], elevations: Elevations, scores: FloatArray, 
 
 def _along(face: Face, elevations: Elevations) -> float:
     """Place of a face's middle along its line, m."""
-    line = elevations.lines[face.line]
-    return float(((face.start + face.end) / 2 - line[:2]) @ (line[2:] - line[:2]))
+    middle = (face.start + face.end) / 2
+    return float((middle - elevations.lines[face.line, :2]) @ elevations.along(face.line))
 
 
 def _is_opening(before: Face, after: Face, elevations: Elevations, scores: FloatArray) -> bool:
     """Whether what lies between two faces of a line is an opening of a door's width."""
-    line = elevations.lines[before.line]
-    along = (line[2:] - line[:2]) / np.hypot(*(line[2:] - line[:2]))
-    tips = [sorted(float((tip - line[:2]) @ along) for tip in (face.start, face.end)) for face in (before, after)]
+    start, along = elevations.lines[before.line, :2], elevations.along(before.line)
+    tips = [sorted(float((tip - start) @ along) for tip in (face.start, face.end)) for face in (before, after)]
     low, high = tips[0][1], tips[1][0]
     if float(before.along @ after.along) < 0 or not _DOOR_WIDTH[0] < high - low < _DOOR_WIDTH[1]:
         return False
@@ -262,9 +261,8 @@ def maximal_runs(scores: FloatArray, least: float, drop: float) -> list[tuple[in
     return runs
 
 
-def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: FloatArray) -> bool:
+def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: FloatArray, full: float) -> bool:
     """Whether a run as a whole can be a wall; each limit is one that a true wall hardly ever passes."""
-    full = usual_filling(elevations)
     upper = elevations.upper[steps] / full
     whole = elevations.whole[steps] / full
     floor_behind, ceiling_behind = elevations.floor_behind[steps].mean(), elevations.ceiling_behind[steps].mean()

@@ -20,10 +20,10 @@ def detect_lines(histogram: GroundPlaneHistogram, parameters: LineParameters | N
     """
     parameters = parameters or LineParameters()
     cells = threshold_cells(histogram, parameters.sigmas, parameters.statistics_over)
-    search = _core.hough_incremental if parameters.method == "incremental" else _core.hough_batch
     cell = histogram.grid.cell
-    ends, _ = search(
+    ends, _ = _core.hough_lines(
         cells,
+        incremental=parameters.method == "incremental",
         orientations=max(round(np.pi / parameters.theta_step), 1),
         rho_step=parameters.rho_step,
         fill_gap=parameters.fill_gap / cell,

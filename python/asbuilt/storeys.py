@@ -60,9 +60,8 @@ def height_histogram(occupied: IntArray, voxel: float) -> HeightHistogram:
     """
     if len(occupied) == 0:
         return HeightHistogram(0.0, voxel, np.zeros(0, np.int64))
-    low, high = _extent(occupied[:, 2])
-    inside = occupied[(occupied[:, 2] >= low) & (occupied[:, 2] <= high), 2]
-    return HeightHistogram(float(low * voxel), voxel, np.bincount(inside - low, minlength=int(high - low + 1)))
+    low = int(occupied[:, 2].min())
+    return HeightHistogram(float(low * voxel), voxel, np.bincount(occupied[:, 2] - low))
 
 
 def find_floor_and_ceiling(histogram: HeightHistogram) -> tuple[float, float] | None:
@@ -265,7 +264,3 @@ def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
     np.add.at(around, pairs[:, 0], counts[pairs[:, 1]])
     np.add.at(around, pairs[:, 1], counts[pairs[:, 0]])
     return occupied[(around >= least)[inverse]]
-
-
-def _extent(z: IntArray) -> tuple[int, int]:
-    return int(z.min()), int(z.max())

@@ -14,7 +14,7 @@ mod _core {
     #[pymodule_export]
     use crate::evidence::Evidence;
     #[pymodule_export]
-    use crate::hough::{hough_batch, hough_incremental};
+    use crate::hough::hough_lines;
     #[pymodule_export]
     use crate::read::{PointReader, formats, read_header};
     #[pymodule_export]
