@@ -31,7 +31,7 @@ def room(index: int, floor: float, x0: float, y0: float, width: float, depth: fl
     """A storey that is one rectangular room, its faces seen from inside (the room on their left)."""
     corners = [(x0, y0), (x0 + width, y0), (x0 + width, y0 + depth), (x0, y0 + depth)]
     ends = zip(corners, [*corners[1:], corners[0]], strict=True)
-    faces = (WallFace(a, b, 0.9, 0.002, 100, None, f"S{index}-F{i}") for i, (a, b) in enumerate(ends))
+    faces = (WallFace(a, b, id=f"S{index}-F{i}", seen=0.9, rms=0.002, voxels=100) for i, (a, b) in enumerate(ends))
     return Storey(index, floor, floor + 2.5, tuple(corners), tuple(faces))
 
 

@@ -8,10 +8,11 @@ import pytest
 from asbuilt.evaluate import Drawing, DrawingStorey, Face, Opening, Room, Wall, associate, evaluate
 from asbuilt.evaluate.challenge import betti_numbers, measure_challenge
 from asbuilt.evaluate.faces import coverage, reliability, score_faces
-from asbuilt.evaluate.loa import Offsets, loa_band
+from asbuilt.evaluate.loa import Offsets
 from asbuilt.evaluate.openings import match_openings, measure_openings
 from asbuilt.evaluate.rooms import assign_rooms, measure_rooms
 from asbuilt.evaluate.thickness import measure_thickness
+from asbuilt.plan import loa_band
 
 
 def exactly(value):

@@ -33,7 +33,7 @@ def test_geojson_comes_back_as_it_was(plan, tmp_path):
 
 
 def test_geojson_takes_numpy_numbers(one_storey, tmp_path):
-    face = WallFace((np.float64(0), np.float64(1)), (2.0, 3.0), np.float32(0.5), np.float64(0), np.int64(7))
+    face = WallFace((np.float64(0), np.float64(1)), (2.0, 3.0), seen=np.float32(0.5), voxels=np.int64(7))
     plan = FloorPlan((type(one_storey.storeys[0])(0, np.float32(0.0), 2.5, None, (face,)),))
     export(plan, tmp_path / "plan.geojson")
     assert load_plan(tmp_path / "plan.geojson").wall_faces[0].voxels == 7

@@ -129,5 +129,5 @@ def _faces(segments: FloatArray, occupied: IntArray, voxel: float, level: Level)
         voxels = len(offset[near])
         rms = float(np.sqrt(np.mean(offset[near] ** 2))) if voxels else 0.0
         face_id = f"S{level.index}-F{number + 1}"
-        faces.append(WallFace((x1, y1), (x2, y2), min(seen, 1.0), rms, voxels, None, face_id))
+        faces.append(WallFace((x1, y1), (x2, y2), id=face_id, seen=min(seen, 1.0), rms=rms, voxels=voxels))
     return tuple(faces)

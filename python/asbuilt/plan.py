@@ -8,42 +8,234 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from asbuilt.errors import InputError
 
 Point = tuple[float, float]
+DoorState = Literal["open", "shut", "cased", "unknown"]
 FRAME = "x, y of the input's own frame, in metres; z up; not longitude and latitude unless crs says so"
 
 
-@dataclass(frozen=True)
-class WallFace:
-    """One visible face of a wall, as a straight segment.
+#: Upper limit of each band of the USIBD Level of Accuracy at 95 % confidence, m, the best band first.
+LOA_BANDS = {"LOA50": 0.001, "LOA40": 0.005, "LOA30": 0.015, "LOA20": 0.05, "LOA10": float("inf")}
+#: Sigmas of a normal distribution within which 95 % lie.
+LOA_SIGMAS = 1.96
+
+
+def loa_band(distance: float) -> str:
+    """Name of the USIBD band of an error (m) at 95 % confidence.
+
+    >>> loa_band(0.0042), loa_band(0.02), loa_band(0.2)
+    ('LOA40', 'LOA20', 'LOA10')
+    """
+    return next(band for band, limit in LOA_BANDS.items() if distance <= limit + 1e-9)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Element:
+    """What every element of a plan carries: its name, and how far it can be trusted.
 
     Attributes
     ----------
-    start, end : (x, y), m. The room that sees the face is on its left where that is known.
-    seen : share of the length with points on it, 0..1.
-    rms : root mean square distance of the points to the segment, m.
+    id : name within the plan, such as S0-W3; "" where it has none.
+    seen : share of its length (or of its outline) with points on it, 0..1.
+    rms : root mean square distance of its points to it, m.
     voxels : number of evidence voxels that support it.
-    curve : id shared by the faces of one curved wall, else None.
+    sigma : standard deviation of its position by fit and registration, m; None where it cannot be told.
+    confidence : how likely it is real, 0..1; calibrated for wall faces: of those given 0.9, nine in ten are real.
     """
 
-    start: Point
-    end: Point
+    id: str = ""
     seen: float = 0.0
     rms: float = 0.0
     voxels: int = 0
-    curve: int | None = None
-    id: str = ""
+    sigma: float | None = None
+    confidence: float = 0.0
+
+    @property
+    def loa(self) -> str | None:
+        """USIBD band that its position meets at 95 % confidence; None without a sigma."""
+        return None if self.sigma is None else loa_band(LOA_SIGMAS * self.sigma)
+
+
+@dataclass(frozen=True)
+class _Line(Element):
+    """An element along a straight segment from `start` to `end`, (x, y), m."""
+
+    start: Point
+    end: Point
 
     @property
     def length(self) -> float:
         """Length, m."""
         return float(((self.end[0] - self.start[0]) ** 2 + (self.end[1] - self.start[1]) ** 2) ** 0.5)
+
+
+@dataclass(frozen=True)
+class WallFace(_Line):
+    """One visible face of a wall, as a straight segment. The room that sees it is on its left where that is known.
+
+    Attributes
+    ----------
+    curve : id shared by the faces of one curved wall, else None.
+    """
+
+    curve: int | None = None
+
+
+@dataclass(frozen=True)
+class Wall(_Line):
+    """A wall along its centreline. It runs on through its doors and windows.
+
+    Attributes
+    ----------
+    thickness : distance of its two faces, m; None where only one of them was seen.
+    drawn_thickness : the thickness, or what an unseen side is drawn with (`--unseen-thickness`), m.
+    faces : ids of its wall faces: those on the left of the centreline first.
+    outline : ring (x, y) of its body on the ground, not closed; the bodies of walls that meet share corners.
+    height : of its top above the storey's floor, m; None where it reaches the ceiling.
+    curve : id shared by the walls of one curved wall, else None.
+    """
+
+    thickness: float | None = None
+    drawn_thickness: float = 0.0
+    faces: tuple[str, ...] = ()
+    outline: tuple[Point, ...] = ()
+    height: float | None = None
+    curve: int | None = None
+
+
+@dataclass(frozen=True)
+class Opening(_Line):
+    """A hole in a wall, from jamb to jamb along the wall's centreline, or along the face that was seen.
+
+    Attributes
+    ----------
+    wall : id of its wall, or None.
+    sill, head : heights of its lower and upper edge above the storey's floor, m; None where not seen.
+    """
+
+    wall: str | None = None
+    sill: float | None = None
+    head: float | None = None
+
+    @property
+    def width(self) -> float:
+        """Clear width, m."""
+        return self.length
+
+
+@dataclass(frozen=True)
+class Door(Opening):
+    """An opening to walk through.
+
+    Attributes
+    ----------
+    state : "open" (a leaf stands open), "shut" (a leaf fills it), "cased" (no leaf), or "unknown".
+    hinge : "start" or "end", where the leaf is hung; None where the leaf was not seen.
+    swing : "left" or "right" of the line from start to end, the side to which the leaf opens; None likewise.
+    """
+
+    state: DoorState = "unknown"
+    hinge: Literal["start", "end"] | None = None
+    swing: Literal["left", "right"] | None = None
+
+
+@dataclass(frozen=True)
+class Window(Opening):
+    """An opening with a sill, or one that cannot be walked through."""
+
+
+@dataclass(frozen=True)
+class UnknownOpening(Opening):
+    """A gap in a wall that no scan could look through: it may be a door, a niche, or wall that something hides."""
+
+
+@dataclass(frozen=True)
+class Room(Element):
+    """A room within the faces of its walls.
+
+    Attributes
+    ----------
+    ring : outer ring (x, y), counter-clockwise, not closed.
+    holes : rings of what stands in it from floor to ceiling, not closed.
+    number : as on a door plate, such as "101".
+    floor, ceiling : heights of the room's own floor and ceiling, z in m; None where not seen.
+    scans : keys of the scans that stand in it.
+    """
+
+    ring: tuple[Point, ...]
+    holes: tuple[tuple[Point, ...], ...] = ()
+    number: str = ""
+    floor: float | None = None
+    ceiling: float | None = None
+    scans: tuple[str, ...] = ()
+
+    @property
+    def area(self) -> float:
+        """Area to the faces of the walls, m2."""
+        return _ring_area(self.ring) - sum(_ring_area(hole) for hole in self.holes)
+
+    @property
+    def perimeter(self) -> float:
+        """Length of the outer ring, m."""
+        return sum(math.dist(a, b) for a, b in zip(self.ring, self.ring[1:] + self.ring[:1], strict=True))
+
+    @property
+    def height(self) -> float | None:
+        """Clear height from floor to ceiling, m; None where either was not seen."""
+        return None if self.floor is None or self.ceiling is None else self.ceiling - self.floor
+
+
+@dataclass(frozen=True)
+class Column(Element):
+    """A column: a rectangle, or a circle of diameter `width`.
+
+    Attributes
+    ----------
+    centre : (x, y), m.
+    shape : "square" for any rectangle, or "round".
+    width, depth : sides along and across `rotation`, m; the diameter, twice, of a round one.
+    rotation : of its width against the x axis, rad, in [0, pi).
+    """
+
+    centre: Point
+    width: float
+    depth: float
+    shape: Literal["square", "round"] = "square"
+    rotation: float = 0.0
+
+    @property
+    def ring(self) -> tuple[Point, ...]:
+        """Corners of the rectangle, or 24 points of the circle, counter-clockwise, not closed."""
+        if self.shape == "round":
+            turns = [2 * math.pi * i / 24 for i in range(24)]
+            corners = [(self.width / 2 * math.cos(t), self.width / 2 * math.sin(t)) for t in turns]
+        else:
+            corners = [(self.width / 2 * i, self.depth / 2 * j) for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+        cos, sin = math.cos(self.rotation), math.sin(self.rotation)
+        return tuple((self.centre[0] + x * cos - y * sin, self.centre[1] + x * sin + y * cos) for x, y in corners)
+
+
+@dataclass(frozen=True)
+class Stair(Element):
+    """A flight of stairs.
+
+    Attributes
+    ----------
+    ring : outline (x, y), counter-clockwise, not closed.
+    path : line (x, y) along which it goes up; empty where the direction was not seen.
+    rise : height from its lowest to its highest step, m.
+    """
+
+    ring: tuple[Point, ...]
+    path: tuple[Point, ...] = ()
+    rise: float | None = None
 
 
 @dataclass(frozen=True)
@@ -55,6 +247,13 @@ class Storey:
     ceiling: float
     outline: tuple[Point, ...] | None = None
     wall_faces: tuple[WallFace, ...] = ()
+    walls: tuple[Wall, ...] = ()
+    doors: tuple[Door, ...] = ()
+    windows: tuple[Window, ...] = ()
+    unknown_openings: tuple[UnknownOpening, ...] = ()
+    rooms: tuple[Room, ...] = ()
+    columns: tuple[Column, ...] = ()
+    stairs: tuple[Stair, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -121,22 +320,19 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
 def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:
     """The inverse of `FloorPlan.to_geojson`; raises KeyError, TypeError or ValueError where `data` is not a plan."""
     storeys: dict[int, Storey] = {}
-    faces: dict[int, list[WallFace]] = {}
+    parts: dict[int, dict[str, Any]] = {}
     for feature in data["features"]:
         properties, geometry = feature["properties"], feature["geometry"]
-        index = properties["storey"]
-        if properties["kind"] == "storey":
-            ring = None if geometry is None else tuple((x, y) for x, y in geometry["coordinates"][0][:-1])
+        index, kind = properties["storey"], properties["kind"]
+        if kind == "storey":
+            ring = None if geometry is None else _open_ring(geometry["coordinates"][0])
             storeys[index] = Storey(index, properties["floor"], properties["ceiling"], ring)
-        elif properties["kind"] == "wall_face":
-            (x1, y1), (x2, y2) = geometry["coordinates"]
-            kept = {key: properties[key] for key in ("id", "seen", "rms", "voxels", "curve")}
-            faces.setdefault(index, []).append(WallFace((x1, y1), (x2, y2), **kept))
+        elif kind in _KINDS:
+            of_storey, where = parts.setdefault(index, {}), _KINDS[kind][0]
+            of_storey[where] = (*of_storey.get(where, ()), _element(kind, properties, geometry))
     about = data.get("asbuilt", {})
     return FloorPlan(
-        storeys=tuple(
-            dataclasses.replace(storeys[index], wall_faces=tuple(faces.get(index, ()))) for index in sorted(storeys)
-        ),
+        storeys=tuple(dataclasses.replace(storeys[index], **parts.get(index, {})) for index in sorted(storeys)),
         parameters=about.get("parameters", {}),
         inputs=tuple(about.get("inputs", ())),
         crs=data.get("crs"),
@@ -144,18 +340,76 @@ def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:
     )
 
 
+#: `properties.kind` of each element: where a storey keeps it, and its type.
+_KINDS: dict[str, tuple[str, type[Element]]] = {
+    "wall_face": ("wall_faces", WallFace),
+    "wall": ("walls", Wall),
+    "door": ("doors", Door),
+    "window": ("windows", Window),
+    "unknown_opening": ("unknown_openings", UnknownOpening),
+    "room": ("rooms", Room),
+    "column": ("columns", Column),
+    "stair": ("stairs", Stair),
+}
+#: What the geometry of a feature holds; and what can be worked out, which is written for other programs alone.
+_IN_GEOMETRY = ("start", "end", "ring", "holes")
+_DERIVED = ("loa", "width", "area", "perimeter", "height")
+
+
 def _storey_features(storey: Storey) -> Iterator[dict[str, Any]]:
-    outline = None
-    if storey.outline:
-        ring = [list(point) for point in (*storey.outline, storey.outline[0])]
-        outline = {"type": "Polygon", "coordinates": [ring]}
-    heights = {"floor": storey.floor, "ceiling": storey.ceiling}
-    yield _feature(outline, "storey", storey.index, **heights)
-    for face in storey.wall_faces:
-        line = {"type": "LineString", "coordinates": [list(face.start), list(face.end)]}
-        figures = {"id": face.id, "seen": face.seen, "rms": face.rms, "voxels": face.voxels, "curve": face.curve}
-        yield _feature(line, "wall_face", storey.index, **figures)
+    outline = None if not storey.outline else {"type": "Polygon", "coordinates": [_closed_ring(storey.outline)]}
+    yield _feature(outline, "storey", storey.index, {"floor": storey.floor, "ceiling": storey.ceiling})
+    for kind, (where, _) in _KINDS.items():
+        for element in getattr(storey, where):
+            own = {f.name: getattr(element, f.name) for f in dataclasses.fields(element) if f.name not in _IN_GEOMETRY}
+            derived = {name: getattr(element, name) for name in _DERIVED if name not in own and hasattr(element, name)}
+            yield _feature(_geometry(element), kind, storey.index, {**own, **derived})
 
 
-def _feature(geometry: dict[str, Any] | None, kind: str, storey: int, **properties: Any) -> dict[str, Any]:
+def _geometry(element: Element) -> dict[str, Any]:
+    if isinstance(element, _Line):
+        return {"type": "LineString", "coordinates": [list(element.start), list(element.end)]}
+    if isinstance(element, Room):
+        return {"type": "Polygon", "coordinates": [_closed_ring(ring) for ring in (element.ring, *element.holes)]}
+    if isinstance(element, Column | Stair):
+        return {"type": "Polygon", "coordinates": [_closed_ring(element.ring)]}
+    raise TypeError(f"{type(element).__name__} has no geometry")
+
+
+def _element(kind: str, properties: dict[str, Any], geometry: dict[str, Any]) -> Element:
+    made = _KINDS[kind][1]
+    coordinates = geometry["coordinates"]
+    names = {f.name for f in dataclasses.fields(made)}
+    values = {key: _tuples(value) for key, value in properties.items() if key in names}
+    if issubclass(made, _Line):
+        values["start"], values["end"] = (tuple(point) for point in coordinates)
+    elif made is Room:
+        values["ring"], *holes = (_open_ring(ring) for ring in coordinates)
+        values["holes"] = tuple(holes)
+    elif made is Stair:
+        values["ring"] = _open_ring(coordinates[0])
+    return made(**values)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(item) for item in value) if isinstance(value, list) else value
+
+
+def _closed_ring(ring: tuple[Point, ...]) -> list[list[float]]:
+    return [list(point) for point in (*ring, ring[0])]
+
+
+def _open_ring(ring: list[list[float]]) -> tuple[Point, ...]:
+    return tuple((x, y) for x, y in ring[:-1])
+
+
+def _ring_area(ring: tuple[Point, ...]) -> float:
+    # about a corner, so that survey coordinates lose nothing
+    x0, y0 = ring[0]
+    following = ring[1:] + ring[:1]
+    pairs = zip(ring, following, strict=True)
+    return abs(sum((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0) for (x1, y1), (x2, y2) in pairs)) / 2
+
+
+def _feature(geometry: dict[str, Any] | None, kind: str, storey: int, properties: dict[str, Any]) -> dict[str, Any]:
     return {"type": "Feature", "geometry": geometry, "properties": {"kind": kind, "storey": storey, **properties}}

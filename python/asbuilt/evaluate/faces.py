@@ -13,8 +13,8 @@ import numpy as np
 
 from asbuilt.evaluate.association import Associations
 from asbuilt.evaluate.drawing import TOLERANCE, DrawingStorey
-from asbuilt.evaluate.loa import LOA_BANDS, SIGMAS
 from asbuilt.evaluate.measures import ratio
+from asbuilt.plan import LOA_BANDS, LOA_SIGMAS
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class FaceScore:
         """The error that the plan claims at 95 %, m: 1.96 `sigma`, else the limit of its `loa`; None without claim."""
         sigma, band = self.properties.get("sigma"), self.properties.get("loa")
         if sigma is not None:
-            return SIGMAS * float(sigma)
+            return LOA_SIGMAS * float(sigma)
         return None if band is None else LOA_BANDS.get(f"LOA{str(band).upper().removeprefix('LOA')}")
 
 

@@ -11,24 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from asbuilt.evaluate.drawing import TOLERANCE, Floats
+from asbuilt.evaluate.drawing import Floats
 from asbuilt.evaluate.measures import length_within, ratio
+from asbuilt.plan import LOA_BANDS, loa_band
 
-#: Upper limit of each band, m, the best band first.
-LOA_BANDS = {"LOA50": 0.001, "LOA40": 0.005, "LOA30": 0.015, "LOA20": 0.05, "LOA10": float("inf")}
 #: Share of the errors that must lie within a band's limit.
 CONFIDENCE = 0.95
-#: Sigmas of a normal distribution within which that share lies.
-SIGMAS = 1.96
-
-
-def loa_band(distance: float) -> str:
-    """Name of the band of an error at 95 % confidence.
-
-    >>> loa_band(0.0042), loa_band(0.02), loa_band(0.2)
-    ('LOA40', 'LOA20', 'LOA10')
-    """
-    return next(band for band, limit in LOA_BANDS.items() if distance <= limit + TOLERANCE)
 
 
 @dataclass(frozen=True)
