@@ -12,12 +12,11 @@ import numpy as np
 import shapely
 
 import common
-from asbuilt.evaluate import Drawing, DrawingStorey, Face, associate, evaluate
+from asbuilt.evaluate import Face, associate, evaluate
 from asbuilt.evaluate.drawing import TRUTH_SETS, TruthSet
 from asbuilt.evaluate.figures import draw_evaluation
 from asbuilt.evaluate.measures import covered_lengths
 from asbuilt.grid import FloatArray
-from asbuilt.storeys import Level
 from common import CASES, REPORTED, load_case
 
 MEASURES = ("f", "distance_error", "orientation_error_deg", "over_segmentation", "overlap")
@@ -163,16 +162,8 @@ def _draw_labels(plans: dict[tuple[str, int], FloatArray]) -> None:
     """Figure 11: the school's truth by how it was found."""
     for name in CASES:
         case = load_case(name)
-        evaluation = evaluate(
-            Drawing(tuple(_drawing(level, plans[name, level.index]) for level in case.levels), frozenset(), name),
-            case.truth,
-        )
-        common.write_picture(f"figure_11_{name}", draw_evaluation(evaluation, "all"), dpi=60)
-
-
-def _drawing(level: Level, segments: FloatArray) -> DrawingStorey:
-    faces = tuple(Face(tuple(line), str(i)) for i, line in enumerate(segments.tolist()))
-    return DrawingStorey(level.index, level.floor, faces)
+        plan = common.drawing(case, [plans[name, level.index] for level in case.levels])
+        common.write_picture(f"figure_11_{name}", draw_evaluation(evaluate(plan, case.truth), "all"), dpi=60)
 
 
 if __name__ == "__main__":

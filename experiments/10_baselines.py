@@ -3,52 +3,74 @@
 Each runs in a process of its own. Its time is the processor's, of all threads, from points in memory to segments;
 asbuilt's is from the file, decoding included. Memory is the peak of the whole process, points and libraries included.
 All get the storeys that `find_storeys` found. ``python experiments/10_baselines.py NAME ...`` runs some and keeps the
-other rows.
+other rows; so does a library that is not installed, or does not start (Open3D needs Debian's libusb-1.0-0).
 """
 
 from __future__ import annotations
 
+import contextlib
 import json
 import resource
 import sys
 import time
+from importlib import metadata
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any
 
-import numpy as np
-
 import asbuilt
 import common
+from asbuilt import FloorPlan
+from asbuilt.evaluate import Drawing, evaluate
 from baselines import BASELINES
 from common import CASES, load_case
 from points import storey_cloud
 
 PRESETS = ("paper", "default")
+LIBRARIES = ("numpy", "scipy", "scikit-image", "opencv-python-headless", "open3d")
+#: What an import raises where a library, or a library of the system that it needs, is not there.
+MISSING = (ImportError, OSError)
 STORED = common.RESULTS / "10_baselines.json"
 
 
 def main() -> None:
     names = [*BASELINES, *(f"asbuilt, {preset}" for preset in PRESETS)]
     wanted = sys.argv[1:] or names
-    kept = json.loads(STORED.read_text(encoding="utf-8"))["results"] if STORED.exists() else {}
+    unknown = sorted(set(wanted) - set(names))
+    if unknown:
+        sys.exit(f"{unknown[0]!r}: expected one of {', '.join(names)}")
+    stored = json.loads(STORED.read_text(encoding="utf-8"))["results"] if STORED.exists() else {}
     for case in CASES:  # read before anything is timed
         for level in load_case(case).levels:
             storey_cloud(load_case(case), level)
     load_case.cache_clear()
-    rows = {name: (_row(name) if name in wanted else None) or kept.get(name) for name in names}
+    rows = {name: (_row(name) if name in wanted else None) or stored.get(name) for name in names}
     results = {name: row for name, row in rows.items() if row is not None}
-    tuned = {name: baseline.parameters for name, baseline in BASELINES.items() if baseline.grid}
-    presets = {preset: asbuilt.Parameters.preset(preset).as_dict() for preset in PRESETS}
-    common.write_result("10_baselines", results, {"tuned": tuned, "asbuilt": presets})
+    common.write_result(
+        "10_baselines",
+        results,
+        {
+            "libraries": _versions(),
+            "baselines": {name: baseline.parameters for name, baseline in BASELINES.items()},
+            "asbuilt": {preset: asbuilt.Parameters.preset(preset).as_dict() for preset in PRESETS},
+        },
+    )
     _write_table(results)
+
+
+def _versions() -> dict[str, str]:
+    found = {}
+    for name in LIBRARIES:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            found[name] = metadata.version(name)
+    return found
 
 
 def _row(name: str) -> dict[str, Any] | None:
     """Scores, time and memory; None, saying so, where a library is missing."""
     try:
         runs = {case: _in_own_process(name, case) for case in CASES}
-    except ImportError as error:
+    except MISSING as error:
         print(f"{name}: {error}; pip install 'asbuilt[baselines]'; its stored row is kept", file=sys.stderr)
         return None
     scores = {(case, i): totals for case, (all_totals, _, _) in runs.items() for i, totals in enumerate(all_totals)}
@@ -70,25 +92,24 @@ def _in_own_process(name: str, case: str) -> tuple[list[common.Totals], float, f
     theirs.close()
     result = ours.recv()
     process.join()
-    if isinstance(result, ImportError):
+    if isinstance(result, MISSING):
         raise result
     return result  # type: ignore[no-any-return]
 
 
 def _run(name: str, case_name: str, connection: Connection) -> None:
-    run = _run_asbuilt if name not in BASELINES else _run_baseline
+    run = _run_baseline if name in BASELINES else _run_asbuilt
     try:
-        segments, seconds = run(name, case_name)
-    except ImportError as error:
+        plan, seconds = run(name, case_name)
+    except MISSING as error:
         connection.send(error)
         return
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (2**20 if sys.platform == "darwin" else 2**10)
-    case = load_case(case_name)
-    totals = [common.score(case, level, segments[level.index]) for level in case.levels]
-    connection.send((totals, seconds, peak))
+    scored = evaluate(plan, load_case(case_name).truth)
+    connection.send(([storey.scores.walls for storey in scored.storeys], seconds, peak))
 
 
-def _run_baseline(name: str, case_name: str) -> tuple[list[np.ndarray], float]:
+def _run_baseline(name: str, case_name: str) -> tuple[Drawing, float]:
     baseline, case = BASELINES[name], load_case(case_name)
     parameters, seconds, found = baseline.parameters, 0.0, []
     for level in case.levels:
@@ -96,16 +117,14 @@ def _run_baseline(name: str, case_name: str) -> tuple[list[np.ndarray], float]:
         start = time.process_time()
         found.append(baseline.find(cloud, **parameters))
         seconds += time.process_time() - start
-    return found, seconds
+    return common.drawing(case, found), seconds
 
 
-def _run_asbuilt(name: str, case_name: str) -> tuple[list[np.ndarray], float]:
+def _run_asbuilt(name: str, case_name: str) -> tuple[FloorPlan, float]:
     parameters = asbuilt.Parameters.preset(name.removeprefix("asbuilt, "))
     start = time.process_time()
     plan = asbuilt.extract_floor_plan(common.case_folder(case_name) / "scans.laz", parameters)
-    seconds = time.process_time() - start
-    faces = [[(*face.start, *face.end) for face in storey.wall_faces] for storey in plan]
-    return [np.array(lines, dtype=float).reshape(-1, 4) for lines in faces], seconds
+    return plan, time.process_time() - start
 
 
 def _write_table(results: dict[str, Any]) -> None:
@@ -118,7 +137,7 @@ def _write_table(results: dict[str, Any]) -> None:
             (
                 name,
                 baseline.reference if baseline else ours,
-                "tuned" if baseline and baseline.grid else "defaults",
+                baseline.setting if baseline else "defaults",
                 observed["precision"],
                 observed["recall"],
                 observed["f"],

@@ -1,7 +1,8 @@
 """What the experiments share: a case's evidence, the paper's stages on it, scores, and results with their origin.
 
-A case is read once and kept in a folder of temporary files, under the checksum of its data. The cases are looked for
-in ``../shared/cases`` beside the checkout, or where ``ASBUILT_CASES`` says.
+A case is read once and kept in ``out/experiments`` under the checksum of its data; `make experiments` starts without
+that folder, so that nothing read by earlier code remains. The cases are looked for in ``../shared/cases`` beside the
+checkout, or where ``ASBUILT_CASES`` says.
 """
 
 from __future__ import annotations
@@ -10,7 +11,6 @@ import json
 import os
 import re
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from matplotlib.figure import Figure
 
 import asbuilt
 from asbuilt import Parameters
-from asbuilt.evaluate import Drawing, WallTotals, as_drawing, associate, measure_walls
+from asbuilt.evaluate import Drawing, Face, WallTotals, as_drawing, associate, measure_walls
 from asbuilt.evaluate.drawing import TRUTH_SETS, DrawingStorey, TruthSet
 from asbuilt.evidence import unique_rows
 from asbuilt.grid import FloatArray, IntArray
@@ -85,12 +85,12 @@ def case_folder(name: str) -> Path:
 
 @cache
 def load_case(name: str) -> Case:
-    """A case, from the temporary folder if its data have been read before."""
+    """A case, from the kept file if its data have been read before."""
     folder = case_folder(name)
     cloud = asbuilt.read(folder / "scans.laz")
     file = cloud.files[0]
     data = {"name": f"{name}/{file.path.name}", "size": file.size, "checksum": file.checksum()}
-    cached = temporary(data["checksum"], "evidence.npz")
+    cached = cache_file(data["checksum"], "evidence.npz")
     if not cached.exists():
         evidence = asbuilt.gather_evidence(cloud, PAPER.evidence)
         levels = find_storeys(evidence, PAPER.storeys)
@@ -105,11 +105,9 @@ def load_case(name: str) -> Case:
     return Case(name, occupied, points, tuple(levels), as_drawing(folder / "truth.json"), data)
 
 
-def temporary(checksum: str, name: str) -> Path:
-    """A file in the temporary folder that belongs to data and to this version of asbuilt."""
-    folder = (
-        Path(tempfile.gettempdir()) / "asbuilt-experiments" / f"{checksum.split(':')[1][:16]}-{asbuilt.__version__}"
-    )
+def cache_file(checksum: str, name: str) -> Path:
+    """Where to keep a file that was made from data with this checksum."""
+    folder = REPOSITORY / "out" / "experiments" / checksum.split(":")[1][:16]
     folder.mkdir(parents=True, exist_ok=True)
     return folder / name
 
@@ -165,6 +163,17 @@ def score(case: Case, level: Level, segments: FloatArray, max_distance: float | 
     return {which: measure_walls(found, segments, lines, truth.in_use(which)) for which in TRUTH_SETS}
 
 
+def drawing(case: Case, segments: Sequence[FloatArray]) -> Drawing:
+    """Wall segments (n, 4), m, of each of a case's storeys, as `evaluate` takes them."""
+    storeys = (
+        DrawingStorey(
+            level.index, level.floor, tuple(Face(tuple(line), str(i)) for i, line in enumerate(lines.tolist()))
+        )
+        for level, lines in zip(case.levels, segments, strict=True)
+    )
+    return Drawing(tuple(storeys), frozenset(), case.name)
+
+
 def run_paper(job: tuple[str, int, dict[str, Any]]) -> Totals:
     """Score the paper's method on a storey, with changes to its preset."""
     name, storey, changes = job
@@ -181,8 +190,8 @@ def in_parallel(function: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any
 
 def pooled(parts: Iterable[Totals]) -> Totals:
     """Storeys added up: lengths, never ratios."""
-    kept = list(parts)
-    return {which: sum((part[which] for part in kept), WallTotals()) for which in TRUTH_SETS}
+    listed = list(parts)
+    return {which: sum((part[which] for part in listed), WallTotals()) for which in TRUTH_SETS}
 
 
 def measures(totals: Totals) -> dict[str, dict[str, float | None]]:

@@ -1,4 +1,4 @@
-"""The points of a case for the baselines, which need more than the evidence: read once, kept in temporary files."""
+"""The points of a case for the baselines, which need more than the evidence: read once, and kept."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from baselines.storey import StoreyCloud
 
 def storey_cloud(case: common.Case, level: Level) -> StoreyCloud:
     """The points between a storey's floor and ceiling, and the scanners' positions from the truth."""
-    cached = common.temporary(case.input["checksum"], f"storey_{level.index}.npz")
+    cached = common.cache_file(case.input["checksum"], f"storey_{level.index}.npz")
     if not cached.exists():
         _read(case)
     with np.load(cached) as arrays:
@@ -34,6 +34,6 @@ def _read(case: common.Case) -> None:
             # the cases lie near the origin: single precision keeps a hundredth of a millimetre
             kept.append((points[inside].astype(np.float32), scan[inside].astype(np.int32)))
     for level, kept in zip(case.levels, parts, strict=True):
-        cached = common.temporary(case.input["checksum"], f"storey_{level.index}.npz")
+        cached = common.cache_file(case.input["checksum"], f"storey_{level.index}.npz")
         points, scan = (np.concatenate(column) for column in zip(*kept, strict=True))
         np.savez(cached, points=points, scan=scan, positions=positions)

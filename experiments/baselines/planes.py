@@ -29,8 +29,9 @@ def ransac_planes(
 ) -> FloatArray:
     """[8]: planes through three points of one small cube; the largest connected part of the best one's points.
 
-    Normal cosine and the probability to overlook a plane are the published defaults; distance and cluster size are
-    metric, as one per cent of a whole building is half a metre.
+    Normal cosine and the probability to overlook a plane are the published defaults (CGAL's, after the authors' code).
+    Distance, cluster size and least number of points, there one per cent of the scene, are ours: one per cent of a
+    whole building is half a metre.
     """
     random = np.random.default_rng(0)
     points = cloud.thinned(VOXEL)
@@ -99,7 +100,8 @@ def planar_patches(
 def plane_sweep(cloud: StoreyCloud, step: float = 0.05, gap: float = 0.5, min_length: float = 0.5) -> FloatArray:
     """[1, 5]: a vertical plane sweeps along the two dominant directions; where it meets many points is a wall.
 
-    The directions are those under which the sweep's counts are most uneven (Budroni and Böhm's rotational sweep).
+    The directions are those under which the sweep's counts are most uneven (Budroni and Böhm's rotational sweep). The
+    values are ours, not tuned.
     """
     points = cloud.thinned(VOXEL)
     ground = points[:, :2]
@@ -136,7 +138,7 @@ def hough_planes(
     """[10]: the accumulator of orientation and distance of planes; its maximum, whose points leave it, and again.
 
     Only upright planes, within six degrees, have a place in it: with all orientations, the horizontal cuts through a
-    whole building hold more points than any wall does, and take them all.
+    whole building hold more points than any wall does, and take them all. The values are ours, not tuned.
     """
     points = cloud.thinned(2 * VOXEL)
     points = points[np.random.default_rng(0).permutation(len(points))[:40_000]]
@@ -178,7 +180,7 @@ def em_planes(
     """[11]: a mixture of bounded planes and an outlier class; planes are born where points are unexplained, and die.
 
     Points belong in part to each plane; a plane is fitted to its share of them. Distances beyond a plane's bounds
-    count as distances to it.
+    count as distances to it. The values are ours, not tuned.
     """
     random = np.random.default_rng(0)
     points = cloud.thinned(2 * VOXEL)
