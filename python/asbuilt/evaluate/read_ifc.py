@@ -1,7 +1,9 @@
 """Read an IFC model into a `Drawing` through IfcOpenShell: its walls are cut at a height, their outlines are faces.
 
 All walls of a storey are joined before they give faces, so that where two walls meet there is none. Doors and windows
-come from the openings they fill, rooms from spaces cut at the same height. Needs the extra `ifc`.
+come from the openings they fill, and doorways from those that nothing fills; rooms from spaces cut at the same height.
+A side of a wall that nobody saw, as our own files say, is drawn and not detected: it gives no face. Needs the extra
+`ifc`.
 """
 
 from __future__ import annotations
@@ -79,14 +81,16 @@ def _storey(model: Any, index: int, storey: Any, floor: float, cut_height: float
     parts: Any = ifcopenshell.util.element.get_decomposition(storey)
     height = floor + cut_height
     to_map = _map_conversion(model)
-    walls = shapely.union_all([_section(part, height) for part in parts if part.is_a("IfcWall")])
+    sections = [(part, _section(part, height)) for part in parts if part.is_a("IfcWall")]
+    walls = shapely.union_all([section for _, section in sections])
     joined = shapely.buffer(shapely.buffer(walls, JOIN, join_style="mitre"), -JOIN, join_style="mitre")
+    unseen = shapely.MultiLineString([edge for part, section in sections for edge in _unseen_edges(part, section)])
     spaces = [_section(part, height) for part in parts if part.is_a("IfcSpace")]
     return DrawingStorey(
         index=index,
         floor=floor + to_map[2],
-        faces=tuple(_faces(joined, to_map)),
-        doors=tuple(_openings((part for part in parts if part.is_a("IfcDoor")), to_map)),
+        faces=tuple(_faces(joined, unseen, to_map)),
+        doors=tuple(_openings((part for part in parts if part.is_a("IfcDoor") or _is_doorway(part, height)), to_map)),
         windows=tuple(_openings((part for part in parts if part.is_a("IfcWindow")), to_map)),
         rooms=tuple(
             Room(tuple(map(tuple, _moved(shapely.get_coordinates(space.exterior), to_map).tolist())), space.area)
@@ -136,12 +140,44 @@ def _crossing(a: Floats, b: Floats, height: float) -> Floats:
     return np.asarray(low[:2] + (height - low[2]) / (high[2] - low[2]) * (high[:2] - low[:2]))
 
 
-def _faces(area: Any, to_map: tuple[float, ...]) -> Iterator[Face]:
+def _unseen_edges(wall: Any, section: Any) -> Iterator[Floats]:
+    """The edges of a wall's section on the side of its axis that was not seen, shape (2, 2) each, m."""
+    import ifcopenshell.util.element
+    import ifcopenshell.util.placement
+    import ifcopenshell.util.representation
+    import ifcopenshell.util.unit
+
+    seen = (ifcopenshell.util.element.get_pset(wall, "Pset_AsBuilt") or {}).get("SeenSide")
+    axis: Any = ifcopenshell.util.representation.get_representation(wall, "Model", "Axis")
+    if seen not in ("LEFT", "RIGHT") or axis is None or not axis.Items[0].is_a("IfcPolyline"):
+        return
+    place = ifcopenshell.util.placement.get_local_placement(wall.ObjectPlacement)
+    points = np.array([point.Coordinates[:2] for point in axis.Items[0].Points]) @ place[:2, :2].T + place[:2, 3]
+    points *= float(ifcopenshell.util.unit.calculate_unit_scale(wall.file))
+    starts, steps = points[:-1], np.diff(points, axis=0)
+    for ring in shapely.get_rings(section):
+        corners = shapely.get_coordinates(ring)
+        for edge in np.stack([corners[:-1], corners[1:]], axis=1):
+            away = edge.mean(axis=0) - starts
+            along = np.clip((away * steps).sum(axis=1) / (steps**2).sum(axis=1), 0.0, 1.0)
+            nearest = int(np.argmin(np.hypot(*(away - along[:, None] * steps).T)))
+            (x, y), (dx, dy) = away[nearest], steps[nearest]
+            left = float(dx * y - dy * x) / float(np.hypot(dx, dy))
+            if (-left if seen == "LEFT" else left) > 2 * JOIN:
+                yield edge
+
+
+def _faces(area: Any, unseen: Any, to_map: tuple[float, ...]) -> Iterator[Face]:
+    hidden = shapely.buffer(unseen, 2 * JOIN, cap_style="flat")
     for polygon in shapely.get_parts(area):
         for ring in (polygon.exterior, *polygon.interiors):
-            points = _moved(shapely.get_coordinates(shapely.simplify(ring, 1e-5)), to_map)
-            for (x1, y1), (x2, y2) in zip(points[:-1].tolist(), points[1:].tolist(), strict=True):
-                yield Face((x1, y1, x2, y2))
+            corners = shapely.get_coordinates(shapely.simplify(ring, 1e-5))
+            for edge in shapely.linestrings(np.stack([corners[:-1], corners[1:]], axis=1)):
+                for part in shapely.get_parts(shapely.difference(edge, hidden)):
+                    # where an edge was cut, what is left at the corners is modelling noise as well
+                    if part.length > 4 * JOIN or part.length == edge.length:
+                        (x1, y1), (x2, y2) = _moved(shapely.get_coordinates(part), to_map).tolist()
+                        yield Face((x1, y1, x2, y2))
 
 
 def _openings(elements: Iterable[Any], to_map: tuple[float, ...]) -> Iterator[Opening]:
@@ -152,6 +188,14 @@ def _openings(elements: Iterable[Any], to_map: tuple[float, ...]) -> Iterator[Op
             x1, y1, x2, y2 = long_axis(shapely.MultiPoint(shape[0][:, :2]))
             (x1, y1), (x2, y2) = _moved(np.array([[x1, y1], [x2, y2]]), to_map).tolist()
             yield Opening((x1, y1, x2, y2), float(np.hypot(x2 - x1, y2 - y1)))
+
+
+def _is_doorway(part: Any, height: float) -> bool:
+    """Whether a part is an opening without a leaf that one can walk through: nothing fills it, and the cut meets it."""
+    if not part.is_a("IfcOpeningElement") or part.HasFillings or part.PredefinedType == "RECESS":
+        return False
+    shape = _shape(part)
+    return shape is not None and bool(shape[0][:, 2].min() < height < shape[0][:, 2].max())
 
 
 def _map_conversion(model: Any) -> tuple[float, float, float, float]:
