@@ -42,6 +42,10 @@ _FORMATS = {
     ".geojson": _Format("the native plan file", "asbuilt.export.geojson"),
     ".dxf": _Format("AutoCAD DXF R2018", "asbuilt.export.dxf"),
     ".svg": _Format("drawing to scale, one file a storey", "asbuilt.export.svg", per_storey=True),
+    ".2d.json": _Format(
+        "Scan-to-BIM challenge, floor plan, one file a storey", "asbuilt.export.challenge_2d", per_storey=True
+    ),
+    ".3d.json": _Format("Scan-to-BIM challenge, building model", "asbuilt.export.challenge_3d"),
     ".png": _Format("picture over the density of the points, one file a storey", "asbuilt.export.png", per_storey=True),
 }
 
@@ -57,9 +61,10 @@ def check_output(path: str | os.PathLike[str]) -> None:
     Raises
     ------
     OutputError : no exporter knows the suffix, the folder is missing or may not be written to, or `path` is a folder.
+    MissingExtraError : the format needs a library that is not installed.
     """
     path = Path(path)
-    _format(path)
+    _ = _format(path).write  # imported now, for what it lacks must be told before hours of reading
     if path.is_dir():
         raise OutputError(f"{path}: is a folder, expected a file to write to")
     if not path.parent.is_dir():
@@ -115,13 +120,23 @@ def export(
 
 
 def _format(path: Path) -> _Format:
-    # the longest one: .2d.json is another format than .json
-    for suffix in sorted(_FORMATS, key=len, reverse=True):
-        if path.name.lower().endswith(suffix) and len(path.name) > len(suffix):
-            return _FORMATS[suffix]
+    suffix = _suffix(path)
+    if suffix is not None:
+        return _FORMATS[suffix]
     listed = ", ".join(_FORMATS)
     raise OutputError(f"{path}: no exporter for the suffix {path.suffix or '(none)'}; known are {listed}")
 
 
+def _suffix(path: Path) -> str | None:
+    # the longest one: .2d.json is another format than .json
+    for suffix in sorted(_FORMATS, key=len, reverse=True):
+        if path.name.lower().endswith(suffix) and len(path.name) > len(suffix):
+            return suffix
+    return None
+
+
 def _numbered(path: Path, storey: Storey | None) -> Path:
-    return path if storey is None else path.with_name(f"{path.stem}_s{storey.index}{path.suffix}")
+    if storey is None:
+        return path
+    stem = len(path.name) - len(_suffix(path) or path.suffix)
+    return path.with_name(f"{path.name[:stem]}_s{storey.index}{path.name[stem:]}")
