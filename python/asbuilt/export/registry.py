@@ -42,6 +42,7 @@ _FORMATS = {
     ".geojson": _Format("the native plan file", "asbuilt.export.geojson"),
     ".dxf": _Format("AutoCAD DXF R2018", "asbuilt.export.dxf"),
     ".svg": _Format("drawing to scale, one file a storey", "asbuilt.export.svg", per_storey=True),
+    ".ifc": _Format("IFC4 building model", "asbuilt.export.ifc"),
     ".2d.json": _Format(
         "Scan-to-BIM challenge, floor plan, one file a storey", "asbuilt.export.challenge_2d", per_storey=True
     ),
