@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from asbuilt import _core
+from asbuilt.columns import drop_sides, find_columns
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.cross_sections import select_cross_sections
 from asbuilt.curves import find_curves
@@ -95,9 +96,12 @@ def _plan_by_profiles(
     faces = snap_to_jambs(cut_openings(faces, elevations, scores, voxels), voxels)
     faces = find_curves(faces, voxels)
     faces = drop_columns(close_corners(faces, elevations, scores, parameters.walls))
+    standing = find_columns(voxels, level.index)
+    faces = drop_sides(faces, standing, voxels)
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
-    return Storey(level.index, level.floor, level.ceiling, None, measure_faces(faces, voxels, level.index))
+    wall_faces = measure_faces(faces, voxels, level.index)
+    return Storey(level.index, level.floor, level.ceiling, None, wall_faces, columns=standing)
 
 
 def _plan_by_the_paper(evidence: Evidence, level: Level, parameters: Parameters, notes: list[str]) -> Storey:

@@ -23,7 +23,7 @@ from buildings.presets import PRESETS
 from buildings.scanner import Caster, Scanner, scan
 from buildings.scene import Scene
 from buildings.transform import Building, load_case, turn
-from buildings.truth import mark_observed, storey_truth
+from buildings.truth import flight_truth, mark_observed, storey_truth
 
 Array = NDArray[np.float64]
 
@@ -85,6 +85,8 @@ def generate(
         ],
         "storeys": [storey_truth(storey) for storey in storeys],
     }
+    for entry, above in zip(truth["storeys"], storeys[1:], strict=False):
+        entry["stairs"] = flight_truth(above)
     mark_observed(points, truth)
     building = Building(f"{name}-{seed}", points, index, positions, truth)
     if turned:

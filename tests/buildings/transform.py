@@ -70,6 +70,10 @@ def _move_storey(storey: dict[str, Any], plan: Plan, stretch: float = 1.0) -> No
     for room in storey.get("rooms", ()):
         room["polygon"] = np.reshape(line(room["polygon"]), (-1, 2)).tolist()
         room["area"] *= stretch**2
+    for part in (*storey.get("columns", ()), *storey.get("stairs", ())):
+        part["polygon"] = np.reshape(line(part["polygon"]), (-1, 2)).tolist()
+    for stair in storey.get("stairs", ()):
+        stair["up"] = line(stair["up"])
     if storey.get("outline"):
         storey["outline"] = np.reshape(line(storey["outline"]), (-1, 2)).tolist()
 

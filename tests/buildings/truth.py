@@ -49,7 +49,22 @@ def storey_truth(storey: Storey) -> dict[str, Any]:
             for room in storey.rooms
         ],
         "outline": np.asarray(storey.footprint.exterior.coords).tolist(),
+        # Beyond the cases' form: rings of what stands free from floor to ceiling.
+        "columns": [
+            {"polygon": np.asarray(ring.exterior.coords).tolist(), "round": is_round}
+            for ring, is_round in storey.columns
+        ],
+        "stairs": [],
     }
+
+
+def flight_truth(above: Storey) -> list[dict[str, Any]]:
+    """The flight that leads up to a storey, as its storey below has it; `up` runs along its middle."""
+    if above.stairwell is None:
+        return []
+    x0, y0, x1, y1 = above.stairwell.bounds
+    ring = np.asarray(above.stairwell.exterior.coords).tolist()
+    return [{"polygon": ring, "up": [x0, (y0 + y1) / 2, x1, (y0 + y1) / 2]}]
 
 
 def _faces(edge: Array, storey: Storey) -> list[list[float]]:
