@@ -192,7 +192,7 @@ def test_parameters_are_written_whole() -> None:
     plan = extract_floor_plan(evidence_from_points(FLAT), parameters, crs="EPSG:25832")
     written = plan.to_geojson()
     assert written["asbuilt"]["parameters"] == parameters.as_dict()
-    assert written["crs"] == "EPSG:25832"
+    assert written["crs"]["properties"]["name"] == "urn:ogc:def:crs:EPSG::25832"
 
 
 def test_the_example(example: Path) -> None:

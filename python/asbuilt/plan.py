@@ -10,6 +10,7 @@ import dataclasses
 import json
 import math
 import os
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -19,6 +20,11 @@ from asbuilt.errors import InputError
 Point = tuple[float, float]
 DoorState = Literal["open", "shut", "cased", "unknown"]
 FRAME = "x, y of the input's own frame, in metres; z up; not longitude and latitude unless crs says so"
+#: The CRS that stands in a file for none: a GIS that reads no CRS takes metres for degrees.
+NO_CRS = (
+    'ENGCRS["local frame of the scans",EDATUM["local frame of the scans"],CS[Cartesian,2],'
+    'AXIS["x",unspecified],AXIS["y",unspecified],LENGTHUNIT["metre",1]]'
+)
 
 
 #: Upper limit of each band of the USIBD Level of Accuracy at 95 % confidence, m, the best band first.
@@ -296,7 +302,7 @@ class FloorPlan:
                 "notes": list(self.notes),
             },
             "frame": FRAME,
-            "crs": self.crs,
+            "crs": _crs_member(self.crs),
             "features": [feature for storey in self.storeys for feature in _storey_features(storey)],
         }
 
@@ -335,7 +341,7 @@ def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:
         storeys=tuple(dataclasses.replace(storeys[index], **parts.get(index, {})) for index in sorted(storeys)),
         parameters=about.get("parameters", {}),
         inputs=tuple(about.get("inputs", ())),
-        crs=data.get("crs"),
+        crs=_crs_of(data.get("crs")),
         notes=tuple(about.get("notes", ())),
     )
 
@@ -354,6 +360,18 @@ _KINDS: dict[str, tuple[str, type[Element]]] = {
 #: What the geometry of a feature holds; and what can be worked out, which is written for other programs alone.
 _IN_GEOMETRY = ("start", "end", "ring", "holes")
 _DERIVED = ("loa", "width", "area", "perimeter", "height")
+
+
+def _crs_member(crs: str | None) -> dict[str, Any]:
+    """The named CRS of GeoJSON 2008. RFC 7946 has none (all is longitude and latitude), but GIS programs read it."""
+    name = NO_CRS if crs is None else re.sub(r"^EPSG:(\d+)$", r"urn:ogc:def:crs:EPSG::\1", crs)
+    return {"type": "name", "properties": {"name": name}}
+
+
+def _crs_of(member: dict[str, Any] | str | None) -> str | None:
+    # the first plan files held the bare name, or null
+    name = member["properties"]["name"] if isinstance(member, dict) else member
+    return None if name in (None, NO_CRS) else re.sub(r"^urn:ogc:def:crs:EPSG::(\d+)$", r"EPSG:\1", name)
 
 
 def _storey_features(storey: Storey) -> Iterator[dict[str, Any]]:

@@ -2,7 +2,8 @@
 
 A writer is a module of this package with one function ``write``. A format that holds the whole plan gets
 ``write(plan, path, evidence=None, **options)``. A format that shows one storey a file gets
-``write(plan, storey, path, evidence=None, **options)`` once for each; `storey` is None where the plan has none.
+``write(plan, storey, path, evidence=None, **options)`` once for each; `storey` is None where the plan has none. A
+format that takes several files gets ``write(plan, part, path, evidence=None, **options)`` once for each of its `parts`.
 The path is a temporary file; making it whole and putting it in place is done here, for all of them alike.
 A new format is such a module and one line in `_FORMATS`. It is imported when it is first written.
 """
@@ -18,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from asbuilt.errors import OutputError
 from asbuilt.export.atomic import replacing
-from asbuilt.plan import FloorPlan, Storey
+from asbuilt.plan import FloorPlan
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
@@ -31,6 +32,8 @@ class _Format:
     name: str
     module: str
     per_storey: bool = False
+    to_scale: bool = False
+    parts: tuple[str, ...] = ()
 
     @property
     def write(self) -> Callable[..., None]:
@@ -40,9 +43,15 @@ class _Format:
 
 _FORMATS = {
     ".geojson": _Format("the native plan file", "asbuilt.export.geojson"),
-    ".dxf": _Format("AutoCAD DXF R2018", "asbuilt.export.dxf"),
-    ".svg": _Format("drawing to scale, one file a storey", "asbuilt.export.svg", per_storey=True),
+    ".dxf": _Format("AutoCAD DXF R2018", "asbuilt.export.dxf", to_scale=True),
+    ".pdf": _Format("drawing to scale, a page a storey", "asbuilt.export.pdf", to_scale=True),
+    ".svg": _Format("drawing to scale, one file a storey", "asbuilt.export.svg", per_storey=True, to_scale=True),
     ".ifc": _Format("IFC4 building model", "asbuilt.export.ifc"),
+    ".gpkg": _Format("GeoPackage for QGIS, one layer a kind", "asbuilt.export.geopackage"),
+    ".csv": _Format(
+        "schedules, three files: rooms, doors, windows", "asbuilt.export.csv", parts=("rooms", "doors", "windows")
+    ),
+    ".xlsx": _Format("schedules: rooms, doors, windows, walls", "asbuilt.export.xlsx"),
     ".2d.json": _Format(
         "Scan-to-BIM challenge, floor plan, one file a storey", "asbuilt.export.challenge_2d", per_storey=True
     ),
@@ -54,6 +63,11 @@ _FORMATS = {
 def known_suffixes() -> dict[str, str]:
     """The suffixes that `export` knows, each with what it writes."""
     return {suffix: known.name for suffix, known in _FORMATS.items()}
+
+
+def drawn_to_scale(path: str | os.PathLike[str]) -> bool:
+    """Whether the format that the suffix of `path` names takes the options of `asbuilt.export.sheet.SheetOptions`."""
+    return _format(Path(path)).to_scale
 
 
 def check_output(path: str | os.PathLike[str]) -> None:
@@ -86,9 +100,10 @@ def export(
     ----------
     plan : the plan.
     path : the file to write. A format with one file a storey writes ``name_s0.svg``, ``name_s1.svg``... when the plan
-        has several storeys.
+        has several storeys; the schedules of .csv are ``name_rooms.csv``, ``name_doors.csv`` and ``name_windows.csv``.
     evidence : what the plan was made from; the picture (.png) draws the plan over it.
-    **options : passed on to the writer; see its module.
+    **options : passed on to the writer; see its module. Drawings to scale (.dxf, .svg, .pdf) take those of
+        `asbuilt.export.sheet.SheetOptions`, such as ``scale="1:50", sheet="A3"``.
 
     Returns
     -------
@@ -107,17 +122,29 @@ def export(
     """
     path = Path(path)
     known = _format(path)
-    if not known.per_storey:
-        with replacing(path) as temporary:
-            known.write(plan, temporary, evidence, **options)
-        return (path,)
     written = []
-    for storey in plan.storeys or (None,):
-        target = path if len(plan.storeys) < 2 else _numbered(path, storey)
+    for what, target in _files(known, plan, path):
         with replacing(target) as temporary:
-            known.write(plan, storey, temporary, evidence, **options)
+            known.write(plan, *what, temporary, evidence, **options)
         written.append(target)
     return tuple(written)
+
+
+def _files(known: _Format, plan: FloorPlan, path: Path) -> list[tuple[tuple[Any, ...], Path]]:
+    """What each file of a format shows, as its writer is told, and its path."""
+    if known.parts:
+        return [((part,), _named(path, part)) for part in known.parts]
+    if not known.per_storey:
+        return [((), path)]
+    if len(plan.storeys) < 2:
+        return [((storey,), path) for storey in plan.storeys or (None,)]
+    return [((storey,), _named(path, f"s{storey.index}")) for storey in plan.storeys]
+
+
+def _named(path: Path, part: str) -> Path:
+    """``plan.2d.json`` as ``plan_s0.2d.json``."""
+    split = len(path.name) - len(_suffix(path) or path.suffix)
+    return path.with_name(f"{path.name[:split]}_{part}{path.name[split:]}")
 
 
 def _format(path: Path) -> _Format:
@@ -134,10 +161,3 @@ def _suffix(path: Path) -> str | None:
         if path.name.lower().endswith(suffix) and len(path.name) > len(suffix):
             return suffix
     return None
-
-
-def _numbered(path: Path, storey: Storey | None) -> Path:
-    if storey is None:
-        return path
-    stem = len(path.name) - len(_suffix(path) or path.suffix)
-    return path.with_name(f"{path.name[:stem]}_s{storey.index}{path.name[stem:]}")
