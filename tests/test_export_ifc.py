@@ -137,7 +137,7 @@ def complaints(path):
     "plan",
     [
         FloorPlan(complete_plan().storeys[:1], {"a": {"b": 1}}, ({"name": "ö.e57"},), "EPSG:25832", ("two\nlines",)),
-        FloorPlan((odd_storey(),)),
+        FloorPlan((odd_storey(), Storey(1, 3.0, 5.5, wall_faces=complete_plan().storeys[0].wall_faces))),
         FloorPlan(),
     ],
     ids=["complete", "odd", "empty"],
@@ -292,6 +292,38 @@ def test_a_curved_wall_is_one_wall(measured, tmp_path):
     assert said["Seen"] == pytest.approx(11 / 24)
     assert said["ThicknessObserved"] is measured
     assert (ifcopenshell.util.element.get_material(wall) is not None) is measured
+
+
+def test_a_plan_of_wall_faces_alone_has_them_as_lines(tmp_path):
+    storey = replace(complete_plan().storeys[0], walls=())
+    model = written(FloorPlan((storey,)), tmp_path)
+    (lines,) = model.by_type("IfcAnnotation")
+    assert ifcopenshell.util.element.get_container(lines).is_a("IfcBuildingStorey")
+    to_world = ifcopenshell.util.placement.get_local_placement(lines.ObjectPlacement)
+    drawn = [
+        [(to_world @ (*point.Coordinates, 0.0, 1.0))[:2] for point in line.Points]
+        for line in lines.Representation.Representations[0].Items
+    ]
+    np.testing.assert_allclose(drawn, [(face.start, face.end) for face in storey.wall_faces], atol=1e-6)
+    assert not model.by_type("IfcWall")
+
+
+def test_kinds_are_on_the_layers_of_the_drawing(model):
+    layers = {layer.Name: layer.AssignedItems for layer in model.by_type("IfcPresentationLayerAssignment")}
+    kinds = (
+        "A-AREA",
+        "A-COLS",
+        "A-DOOR",
+        "A-FLOR-OTLN",
+        "A-FLOR-STRS",
+        "A-GLAZ",
+        "A-OPNG-UNKN",
+        "A-WALL",
+        "A-WALL-UNSN",
+    )
+    assert sorted(layers) == sorted(f"{kind}-S{i}" for kind in kinds for i in (0, 1))
+    on = {shape.OfProductRepresentation[0].ShapeOfProduct[0].Name for shape in layers["A-WALL-UNSN-S0"]}
+    assert on == {"S0-W2", "S0-W3", "S0-W4", "S0-W5"}
 
 
 # --- openings ---

@@ -14,12 +14,13 @@ from asbuilt.plan import Element, Point, Storey
 
 @dataclass
 class Level:
-    """A storey under construction: the plan's, the model's, and the elements that the latter contains so far."""
+    """A storey under construction: the plan's, the model's, what this contains so far, and what is on which layer."""
 
     model: IfcFile
     storey: Storey
     placed: Placed
     contents: list[Entity] = field(default_factory=list)
+    layers: dict[str, list[Entity]] = field(default_factory=dict)
 
     @property
     def floor(self) -> float:
@@ -37,6 +38,7 @@ class Level:
         element: Element,
         frame: Frame,
         shape: Entity | None,
+        layer: str,
         properties: Iterable[Property] = (),
         within: Placed | None = None,
         **attributes: Any,
@@ -47,6 +49,7 @@ class Level:
         ----------
         frame : where it stands; its representation is in this frame.
         shape : its representation, or None.
+        layer : name of the layer it is drawn on, as in the DXF, without the storey's suffix.
         properties : what `Pset_AsBuilt` says beside the trust.
         within : what its place is given relative to; the storey where None.
         """
@@ -60,18 +63,30 @@ class Level:
             **{"Name": name, **attributes},
         )
         self.model.describe(placed.entity, "Pset_AsBuilt", [*trust(element), *properties])
+        self.draw_on(layer, shape)
         return placed
+
+    def draw_on(self, layer: str, shape: Entity | None) -> None:
+        """Put a representation on a layer; nothing without one."""
+        if shape is not None:
+            self.layers.setdefault(f"{layer}-S{self.storey.index}", []).extend(shape.Representations)
+
+    def finish(self) -> None:
+        """Tell the storey what it contains, and the layers what is on them."""
+        self.model.contain(self.placed.entity, self.contents)
+        for name, shapes in sorted(self.layers.items()):
+            self.model.make("IfcPresentationLayerAssignment", name, None, shapes)
 
 
 def trust(element: Element) -> tuple[Property, ...]:
     """What an element can be trusted with; lengths in m."""
     return (
-        ("Seen", "IfcNormalisedRatioMeasure", element.seen),
+        ("Seen", "IfcNormalisedRatioMeasure", min(max(element.seen, 0.0), 1.0)),
         ("Rms", "IfcLengthMeasure", element.rms),
         ("Voxels", "IfcInteger", element.voxels),
         ("Sigma", "IfcLengthMeasure", element.sigma),
         ("LOA", "IfcLabel", element.loa),
-        ("Confidence", "IfcNormalisedRatioMeasure", element.confidence),
+        ("Confidence", "IfcNormalisedRatioMeasure", min(max(element.confidence, 0.0), 1.0)),
     )
 
 
