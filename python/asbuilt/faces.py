@@ -14,14 +14,17 @@ from itertools import pairwise
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.elevations import ON_PLANE, Elevations, close_gaps
-from asbuilt.grid import FloatArray
+from asbuilt.elevations import ON_PLANE, BoolArray, Elevations, close_gaps, smooth
+from asbuilt.grid import FloatArray, IntArray
 from asbuilt.params import WallParameters
 from asbuilt.plan import WallFace
 from asbuilt.profiles import StoreyVoxels
 
 _DOOR_WIDTH = (0.5, 2.6)
 """Openings of this width are doors, m."""
+
+_MET = (0.22, 0.12)
+"""A stretch shorter than the first, beyond a gap longer than the second, is another wall met end on, m."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,9 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     hidden = (score < 0) & (elevations.front > 0.4) & (behind < 0.25) & (elevations.low_behind < 0.3)
     score = np.where(hidden, -0.02, score)
     score = np.where(upper < 0.2, np.minimum(score, 0.35 * whole - 0.05), score)
+    # No room sees what lies inside another wall.
+    inside = (smooth(elevations.whole, elevations.first, 3) < 0.02) & (elevations.front < 0.5)
+    score = np.where(inside, np.minimum(score, -0.02), score)
     room_goes_on = (elevations.ceiling_behind > 0.35) & (elevations.front > 0.35) & (upper < 0.25)
     score = np.where(room_goes_on, -2.0, score)
     opening = (lower < 0.15) & ((elevations.floor_behind > 0.3) | (elevations.low_behind > 0.3))
@@ -104,6 +110,7 @@ def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParam
         for low, high, score in maximal_runs(
             scores[first:last] * elevations.step, parameters.min_score, parameters.drop
         ):
+            low, high = peel(scores[first:last] > 0, low, high, elevations.step)
             steps = slice(first + low, first + high)
             if not elevations.partition[line] and not _looks_like_a_wall(elevations, steps, under_ceiling[steps], full):
                 continue
@@ -259,6 +266,25 @@ def maximal_runs(scores: FloatArray, least: float, drop: float) -> list[tuple[in
             runs.append((i, end + 1, float(best)))
         i = end + 1
     return runs
+
+
+def peel(wall: BoolArray, low: int, high: int, step: float) -> tuple[int, int]:
+    """A run from step `low` to before `high`, without what only another wall fills that it meets end on.
+
+    Such a wall fills a step or two of the line beyond its own end, with nothing seen between.
+    """
+    inside = np.flatnonzero(np.diff(np.concatenate([[False], wall[low:high], [False]]).astype(np.int8))) + low
+    stretches = inside.reshape(-1, 2)
+    first, last = 0, len(stretches) - 1
+    while first < last and _is_met(stretches[first], stretches[first + 1, 0] - stretches[first, 1], step):
+        first += 1
+    while first < last and _is_met(stretches[last], stretches[last, 0] - stretches[last - 1, 1], step):
+        last -= 1
+    return int(stretches[first, 0]), int(stretches[last, 1])
+
+
+def _is_met(stretch: IntArray, gap: int, step: float) -> bool:
+    return bool((stretch[1] - stretch[0]) * step < _MET[0] and gap * step > _MET[1])
 
 
 def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: FloatArray, full: float) -> bool:
