@@ -8,7 +8,8 @@ section 3.
 from asbuilt.cross_sections import select_cross_sections
 from asbuilt.density import density_image
 from asbuilt.errors import AsBuiltError, InputError, MissingExtraError, OutputError, ParameterError
-from asbuilt.evidence import Evidence, evidence_from_points, gather_evidence
+from asbuilt.evidence import Evidence, evidence_from_points
+from asbuilt.gather import gather_evidence, read_evidence
 from asbuilt.ground import ground_plane_histogram, threshold_cells
 from asbuilt.lines import detect_lines
 from asbuilt.orientation import dominant_orientations, orientation_distribution, snap_to
@@ -54,6 +55,7 @@ __all__ = [
     "merge_collinear",
     "orientation_distribution",
     "read",
+    "read_evidence",
     "select_cross_sections",
     "snap_to",
     "threshold_cells",

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "VERSION",
     "Evidence",
     "PointReader",
     "formats",
@@ -15,6 +16,8 @@ __all__ = [
     "strips",
     "trace_lines",
 ]
+
+VERSION: str
 
 class _Voxels(TypedDict):
     index: NDArray[np.int32]
@@ -37,8 +40,23 @@ class Evidence:
         unit: float,
         axes: Sequence[int],
         threads: int,
+        occupancy: bool = False,
+        preview: bool = False,
         progress: Callable[[int], object] | None = None,
+        on_file: Callable[[int, Evidence, int, int], object] | None = None,
     ) -> tuple[Evidence, list[tuple[Path, int, int, Any]]]: ...
+    @staticmethod
+    def gather_parts(
+        path: str | PathLike[str],
+        first: int,
+        end: int,
+        *,
+        voxel: float,
+        unit: float,
+        axes: Sequence[int],
+        occupancy: bool = False,
+        preview: bool = False,
+    ) -> tuple[Evidence, int, int]: ...
     @staticmethod
     def from_points(
         points: NDArray[np.float64],
@@ -46,8 +64,17 @@ class Evidence:
         voxel: float,
         scan: str,
         position: Sequence[float] | None = None,
+        occupancy: bool = False,
     ) -> Evidence: ...
-    def merged(self, other: Evidence) -> Evidence: ...
+    @staticmethod
+    def load(path: str | PathLike[str]) -> tuple[Evidence, str]: ...
+    def save(self, path: str | PathLike[str], about: str) -> None: ...
+    @staticmethod
+    def from_bytes(data: bytes) -> tuple[Evidence, str]: ...
+    def to_bytes(self, about: str) -> bytes: ...
+    def merged(self, *others: Evidence) -> Evidence: ...
+    @property
+    def occupancy(self) -> bool: ...
     @property
     def voxel(self) -> float: ...
     @property
@@ -64,7 +91,7 @@ class PointReader:
     def __next__(self) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
 
 def formats() -> list[tuple[str, list[str]]]: ...
-def read_header(path: str | PathLike[str]) -> dict[str, Any]: ...
+def read_header(path: str | PathLike[str], *, spacing: float | None = None) -> dict[str, Any]: ...
 def hough_lines(
     cells: NDArray[np.int32],
     *,

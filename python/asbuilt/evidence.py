@@ -1,14 +1,13 @@
 """Evidence: a small, mergeable summary of all points (section 3.1 of the paper, with moments added).
 
 Each occupied voxel keeps its number of points, their mean and their horizontal covariance. Evidence of two clouds
-merges into exactly the evidence of both, in any order, so that it is the same for any number of threads and any order
-of files. The paper's voxels of 10 cm, each counted once, come out of it by `Evidence.occupied`.
+merges into exactly the evidence of both, in any order, so that it is the same for any number of threads, any order
+of files, and whether it was gathered at once, merged, or resumed. The paper's voxels of 10 cm, each counted once, come
+out of it by `Evidence.occupied`.
 """
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -20,7 +19,8 @@ from asbuilt import _core
 from asbuilt.errors import InputError, ParameterError
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.params import EvidenceParameters
-from asbuilt.read import PointCloud
+from asbuilt.provenance import Provenance
+from asbuilt.read import PathLike
 
 
 @dataclass(frozen=True)
@@ -30,16 +30,56 @@ class Evidence:
     Attributes
     ----------
     core : the voxels in their mergeable form.
-    crs : coordinate reference system of the cloud, or None.
-    inputs : name, size and checksum of each file that came in.
-    skipped : what was left out, one line each.
+    provenance : the files behind it.
+    errors : the bad files that were left out.
     """
 
     core: _core.Evidence
-    crs: str | None = None
-    inputs: tuple[dict[str, Any], ...] = ()
-    skipped: tuple[str, ...] = ()
-    errors: tuple[InputError, ...] = field(default=())
+    provenance: Provenance = field(default=Provenance())
+    errors: tuple[InputError, ...] = ()
+
+    @classmethod
+    def load(cls, path: PathLike) -> Evidence:
+        """Read an evidence file.
+
+        Raises
+        ------
+        InputError : it is none, is damaged, or of a newer version of asbuilt.
+        """
+        core, text = _core.Evidence.load(path)
+        try:
+            return cls(core, Provenance.from_text(text))
+        except ValueError as error:
+            raise InputError(f"{path}: expected its inputs, found other text; the evidence file is damaged") from error
+
+    def save(self, path: PathLike) -> None:
+        """Write an evidence file: the same bytes for the same evidence. An old file stays until the new one is whole.
+
+        Raises
+        ------
+        OutputError : it cannot be written.
+        """
+        self.core.save(path, self.provenance.to_text())
+
+    @property
+    def crs(self) -> str | None:
+        """Coordinate reference system of the cloud, or None."""
+        return self.provenance.crs
+
+    @property
+    def inputs(self) -> tuple[dict[str, Any], ...]:
+        """Name, size and checksum of each file that came in."""
+        return self.provenance.inputs
+
+    @property
+    def skipped(self) -> tuple[str, ...]:
+        """What was left out, one line each."""
+        return self.provenance.skipped
+
+    @property
+    def occupancy(self) -> bool:
+        """Whether only occupancy is kept: then `count` and `covariance` are 0, and `mean` is the voxel's centre."""
+        return self.core.occupancy
 
     @property
     def voxel(self) -> float:
@@ -67,13 +107,14 @@ class Evidence:
 
     @property
     def count(self) -> IntArray:
-        """Points of each voxel (n,)."""
+        """Points of each voxel (n,); 0 where only occupancy is kept."""
         return self._arrays["count"]
 
     @property
     def mean(self) -> FloatArray:
         """Mean of each voxel's points (n, 3), m from the voxel's lower corner."""
-        return self._arrays["mean"]
+        mean = self._arrays["mean"]
+        return np.full_like(mean, self.voxel / 2) if self.occupancy else mean
 
     @property
     def covariance(self) -> FloatArray:
@@ -92,74 +133,25 @@ class Evidence:
             raise ParameterError(f"voxel {voxel} m: expected a multiple of the evidence's {self.voxel} m")
         return unique_rows(self.index // factor)
 
-    def merged(self, other: Evidence) -> Evidence:
-        """The evidence of both clouds.
+    def merged(self, *others: Evidence) -> Evidence:
+        """The evidence of all these clouds together.
 
         Raises
         ------
-        ParameterError : the voxel sizes differ.
+        ParameterError : the voxel sizes differ, or only some keep occupancy alone.
+        InputError : a file is in two of them.
         """
-        inputs = tuple(sorted((*self.inputs, *other.inputs), key=lambda entry: (entry["name"], entry["checksum"])))
-        crs = self.crs if self.crs == other.crs else None
-        core = self.core.merged(other.core)
-        return Evidence(core, crs, inputs, self.skipped + other.skipped, self.errors + other.errors)
-
-
-def gather_evidence(
-    cloud: PointCloud,
-    parameters: EvidenceParameters | None = None,
-    *,
-    threads: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-    skip_bad: bool = False,
-) -> Evidence:
-    """One pass over the points of a cloud.
-
-    Parameters
-    ----------
-    threads : to decode on; None takes all cores. The evidence is the same for any number.
-    progress : called with points read and points promised, some ten times a second.
-    skip_bad : leave bad files out whole, and name them in `Evidence.errors`, instead of raising.
-
-    Raises
-    ------
-    InputError : a file is bad, or none of them holds a usable point.
-    """
-    parameters = parameters or EvidenceParameters()
-    usable = [file for file in cloud.files if file.error is None]
-    errors = [file.error for file in cloud.files if file.error is not None]
-    promised = cloud.points
-    core, reports = _core.Evidence.gather(
-        [file.path for file in usable],
-        voxel=parameters.voxel,
-        unit=cloud.unit,
-        axes=cloud.axes,
-        threads=threads or os.cpu_count() or 1,
-        progress=None if progress is None else lambda done: progress(done, promised),
-    )
-    errors += [error for *_, error in reports if error is not None]
-    if errors and not skip_bad:
-        raise errors[0]
-    skipped = [
-        f"{path.name}: {not_finite} points left out, their coordinates are not finite or beyond 100,000 km"
-        for path, _, not_finite, _ in reports
-        if not_finite
-    ]
-    if core.points == 0:
-        names = ", ".join(str(file.path) for file in cloud.files[:3])
-        raise errors[0] if errors else InputError(f"{names}: no usable point found, expected at least one")
-    good = {path for path, *_, error in reports if error is None}
-    inputs = tuple(
-        {"name": file.path.name, "size": file.size, "checksum": file.checksum()} for file in usable if file.path in good
-    )
-    return Evidence(core, cloud.crs, inputs, tuple(skipped), tuple(errors))
+        provenance = Provenance.of_all(evidence.provenance for evidence in (self, *others))
+        errors = tuple(error for evidence in (self, *others) for error in evidence.errors)
+        return Evidence(self.core.merged(*(other.core for other in others)), provenance, errors)
 
 
 def evidence_from_points(points: FloatArray, parameters: EvidenceParameters | None = None, scan: str = "") -> Evidence:
     """The evidence of points (n, 3), m, z up, as one scan; for clouds that are made in memory."""
     parameters = parameters or EvidenceParameters()
     points = np.ascontiguousarray(points, dtype=np.float64)
-    return Evidence(_core.Evidence.from_points(points, voxel=parameters.voxel, scan=scan))
+    core = _core.Evidence.from_points(points, voxel=parameters.voxel, scan=scan, occupancy=parameters.occupancy)
+    return Evidence(core)
 
 
 def unique_rows(index: IntArray) -> IntArray:

@@ -37,10 +37,16 @@ class EvidenceParameters:
     Attributes
     ----------
     voxel : side of an evidence voxel, m; a multiple of 0.1 mm. Smaller keeps surfaces apart that lie closer together,
-        for memory that grows with its inverse square.
+        for memory that grows with its inverse square. An evidence file has a voxel of its own, which stands; another
+        than that or the default is refused.
+    occupancy : keep only which voxels hold a point. Takes less time and memory, and serves the paper's method alone,
+        as precisely as its voxels are small.
+    preview : of files with levels of detail (COPC), read only those down to a spacing of half a voxel.
     """
 
     voxel: float = 0.05
+    occupancy: bool = False
+    preview: bool = False
 
     def __post_init__(self) -> None:
         _check_finite("evidence", self)

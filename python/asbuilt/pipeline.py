@@ -14,8 +14,9 @@ from asbuilt.cross_sections import select_cross_sections
 from asbuilt.curves import find_curves
 from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
-from asbuilt.evidence import Evidence, gather_evidence
+from asbuilt.evidence import Evidence
 from asbuilt.faces import cut_openings, drop_doubles, find_faces, measure_faces, score_steps, snap_to_jambs
+from asbuilt.gather import gather_evidence
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import ground_plane_histogram
 from asbuilt.lines import detect_lines
@@ -63,6 +64,13 @@ def extract_floor_plan(
     if not isinstance(source, Evidence):
         cloud = source if isinstance(source, PointCloud) else read(source)
         source = gather_evidence(cloud, parameters.evidence, threads=threads, progress=progress)
+    parameters = parameters.replace(evidence={"voxel": source.voxel, "occupancy": source.occupancy})
+    by_paper = parameters.method == "paper"
+    if source.occupancy and not by_paper:
+        raise ParameterError(
+            "the evidence keeps occupancy alone, and the default preset needs moments: take --preset paper, "
+            "or gather it without --occupancy"
+        )
     levels = find_storeys(source, parameters.storeys)
     notes = list(source.skipped)
     if not levels:
@@ -74,7 +82,6 @@ def extract_floor_plan(
         for level in levels
         if storey is None or level.index == storey
     ]
-    by_paper = parameters.method == "paper"
     storeys = [
         _plan_by_the_paper(source, level, parameters, notes)
         if by_paper

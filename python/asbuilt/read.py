@@ -15,6 +15,7 @@ import numpy as np
 from asbuilt import _core
 from asbuilt.errors import InputError, ParameterError
 from asbuilt.grid import FloatArray
+from asbuilt.provenance import Provenance
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -36,8 +37,10 @@ class InputFile:
     ----------
     path : as given or found.
     size : bytes.
-    header : `format`, `points` or None, `bounds` ((3,), (3,)) or None, `crs` or None, `notes`, and `scans`, a list
-        of (number, key, position or None, points or None); in the file's own frame and unit.
+    header : `format`, `points` or None, `bounds` ((3,), (3,)) or None, `crs` or None, `notes`, `scans`, a list
+        of (number, key, position or None, points or None), in the file's own frame and unit; `parts`, into how many it
+        falls that can be read alone; and `evidence`, None, or of an evidence file its voxel (m), whether it keeps
+        occupancy alone, and its provenance as text.
     error : why it cannot be read, else None; then the header is empty.
     """
 
@@ -45,6 +48,11 @@ class InputFile:
     size: int
     header: dict[str, Any]
     error: InputError | None = None
+
+    @property
+    def is_evidence(self) -> bool:
+        """Whether it holds evidence instead of points."""
+        return self.header["evidence"] is not None
 
     def checksum(self) -> str:
         """``sha256:...`` of the content; of large files (over 64 MiB) of 256 blocks spread over it, and of its size."""
@@ -98,6 +106,9 @@ def read(
     *inputs: PathLike | Sequence[PathLike], unit: str | float = "m", up: str = "z", skip_bad: bool = False
 ) -> PointCloud:
     """Open files, folders (with all they hold) and glob patterns as one cloud; points are not read yet.
+
+    Evidence files may be among them (but are not looked for in folders): they are in metres, z up, whatever `unit` and
+    `up` say.
 
     Parameters
     ----------
@@ -153,11 +164,17 @@ def find_files(inputs: Sequence[PathLike]) -> list[Path]:
 
 def _open(path: Path, skip_bad: bool) -> InputFile:
     try:
-        return InputFile(path, path.stat().st_size, _core.read_header(path))
+        header = _core.read_header(path)
+        if header["evidence"] is not None:
+            header["crs"] = Provenance.from_text(header["evidence"][2]).crs
+        return InputFile(path, path.stat().st_size, header)
     except OSError as error:
         bad = InputError(f"{path}: {error.strerror}")
     except InputError as error:
         bad = error
+    except ValueError:
+        bad = InputError(f"{path}: expected its inputs in the evidence file, found other text; it is damaged")
     if not skip_bad:
         raise bad
-    return InputFile(path, 0, {"format": "unreadable", "points": None, "bounds": None, "scans": [], "crs": None}, bad)
+    unknown = dict.fromkeys(("points", "bounds", "crs", "evidence"))
+    return InputFile(path, 0, {"format": "unreadable", "scans": [], "notes": [], "parts": 0, **unknown}, bad)

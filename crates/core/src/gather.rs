@@ -1,14 +1,16 @@
 //! One pass over the points of many files: files and their parts side by side, evidence the same for any number of
 //! threads.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashMap;
 
-use crate::read::{Batch, Header, Skipped, Source, open};
-use crate::voxel::Evidence;
+use crate::read::{Batch, Header, Skipped, Source, open_coarse};
+use crate::voxel::{Evidence, Kept};
 use crate::{Error, Result};
 
 /// From a file's frame and unit to the evidence's: metres, z up.
@@ -30,6 +32,30 @@ impl Frame {
     }
 }
 
+/// What to make of the points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Side of a voxel, m.
+    pub voxel: f64,
+    /// What is kept of the points in a voxel.
+    pub kept: Kept,
+    /// The frame that the files are in.
+    pub frame: Frame,
+    /// Of files that have levels of detail, read only those down to a spacing of half a voxel.
+    pub preview: bool,
+}
+
+impl Options {
+    fn open(&self, path: &Path) -> Result<Box<dyn Source>> {
+        open_coarse(path, self.spacing())
+    }
+
+    /// The spacing of points, in the files' unit, that is close enough.
+    pub fn spacing(&self) -> Option<f64> {
+        self.preview.then_some(self.voxel / 2.0 / self.frame.unit)
+    }
+}
+
 /// How far a pass has come, and whether it should stop; shared with whoever watches.
 #[derive(Debug, Default)]
 pub struct Progress {
@@ -48,6 +74,9 @@ pub struct FileReport {
     pub outcome: Result<Skipped>,
 }
 
+/// Called with each file that is done: its number among the paths, its evidence, and what was left out.
+pub type OnFile<'a> = &'a (dyn Fn(usize, &Arc<Evidence>, Skipped) -> Result<()> + Sync);
+
 /// Gather the evidence of all files. A file comes in whole or, if any of it is bad, not at all.
 ///
 /// # Errors
@@ -55,58 +84,92 @@ pub struct FileReport {
 /// in its report.
 pub fn gather(
     paths: &[PathBuf],
-    voxel: f64,
-    frame: Frame,
+    options: &Options,
     threads: usize,
     progress: &Progress,
+    on_file: OnFile<'_>,
 ) -> Result<(Evidence, Vec<FileReport>)> {
-    let total = Mutex::new(Evidence::new(voxel)?);
+    let total = Mutex::new(Arc::new(Evidence::new(options.voxel, options.kept)?));
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
         .map_err(|error| Error::BadArgument(format!("cannot start {threads} threads: {error}")))?;
+    let gather_one = |number: usize, path: &Path| {
+        let (evidence, skipped) = gather_file(path, options, progress)?;
+        let evidence = Arc::new(evidence);
+        on_file(number, &evidence, skipped)?;
+        let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
+        if total.is_empty() {
+            *total = evidence;
+        } else {
+            Arc::make_mut(&mut total).merge(&evidence)?;
+        }
+        Ok(skipped)
+    };
     let reports = pool.install(|| {
         paths
             .par_iter()
+            .enumerate()
             .with_max_len(1)
-            .map(|path| {
-                let outcome = gather_file(path, voxel, frame, progress).and_then(|(evidence, skipped)| {
-                    total.lock().expect("no thread panics while it holds the lock").merge(&evidence)?;
-                    Ok(skipped)
-                });
-                FileReport { path: path.clone(), outcome }
-            })
+            .map(|(number, path)| FileReport { path: path.clone(), outcome: gather_one(number, path) })
             .collect()
     });
     if progress.stop.load(Ordering::Relaxed) {
         return Err(Error::Interrupted);
     }
-    Ok((total.into_inner().expect("no thread panics while it holds the lock"), reports))
+    let total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok((Arc::unwrap_or_clone(total), reports))
 }
 
 /// The evidence of one file, its parts decoded side by side on the current thread pool.
-fn gather_file(path: &Path, voxel: f64, frame: Frame, progress: &Progress) -> Result<(Evidence, Skipped)> {
-    let source = open(path)?;
-    let empty = Evidence::new(voxel)?;
-    let (evidence, skipped) = (0..source.parts())
-        .into_par_iter()
-        .try_fold(
-            || (empty.clone(), Skipped::default()),
-            |(mut evidence, skipped), part| {
-                let more = add_part(source.as_ref(), part, frame, &mut evidence, progress)?;
-                Ok((evidence, sum(skipped, more)))
-            },
-        )
-        .try_reduce(
-            || (empty.clone(), Skipped::default()),
-            |(left, a), (right, b)| {
-                let (mut large, small) = if left.len() >= right.len() { (left, right) } else { (right, left) };
-                large.merge(&small)?;
-                Ok((large, sum(a, b)))
-            },
-        )?;
+fn gather_file(path: &Path, options: &Options, progress: &Progress) -> Result<(Evidence, Skipped)> {
+    let source = options.open(path)?;
+    let (evidence, skipped) = gather_source(source.as_ref(), 0..source.parts(), options, progress)?;
     source.header().check(path, evidence.points() + skipped.invalid + skipped.not_finite)?;
     Ok((evidence, skipped))
+}
+
+/// The evidence of some parts of a file; whether the file is whole is for the caller to check
+/// (see [`Header::check`]).
+///
+/// # Errors
+/// As [`gather`], and whatever is wrong with the file.
+pub fn gather_parts(path: &Path, parts: Range<usize>, options: &Options) -> Result<(Evidence, Skipped)> {
+    let source = options.open(path)?;
+    let end = parts.end.min(source.parts());
+    gather_source(source.as_ref(), parts.start..end, options, &Progress::default())
+}
+
+/// One evidence for each thread, however many the parts are: memory does not grow with the file.
+fn gather_source(
+    source: &dyn Source,
+    parts: Range<usize>,
+    options: &Options,
+    progress: &Progress,
+) -> Result<(Evidence, Skipped)> {
+    let empty = || Evidence::new(options.voxel, options.kept);
+    let next = AtomicUsize::new(parts.start);
+    (0..rayon::current_num_threads().min(parts.len()))
+        .into_par_iter()
+        .with_max_len(1)
+        .map(|_| {
+            let (mut evidence, mut skipped) = (empty()?, Skipped::default());
+            loop {
+                let part = next.fetch_add(1, Ordering::Relaxed);
+                if part >= parts.end {
+                    return Ok((evidence, skipped));
+                }
+                let more = add_part(source, part, options.frame, &mut evidence, progress);
+                // One bad part is enough: the others need not be read.
+                skipped = sum(skipped, more.inspect_err(|_| next.store(parts.end, Ordering::Relaxed))?);
+            }
+        })
+        .try_reduce_with(|(left, a), (right, b)| {
+            let (mut large, small) = if left.bricks() >= right.bricks() { (left, right) } else { (right, left) };
+            large.merge(&small)?;
+            Ok((large, sum(a, b)))
+        })
+        .unwrap_or_else(|| Ok((empty()?, Skipped::default())))
 }
 
 fn add_part(
@@ -118,6 +181,7 @@ fn add_part(
 ) -> Result<Skipped> {
     let mut too_far = 0;
     let mut moved = Vec::new();
+    let mut known = FxHashMap::default();
     let mut skipped = source.read(part, &mut |batch: &Batch| {
         if progress.stop.load(Ordering::Relaxed) {
             return Err(Error::Interrupted);
@@ -134,8 +198,10 @@ fn add_part(
             let number = batch.scans.get(start).copied().unwrap_or(batch.scan);
             let run = batch.scans[start.min(batch.scans.len())..].iter().take_while(|&&scan| scan == number).count();
             let end = if run == 0 { points.len() } else { start + run };
-            let (key, position) = scan_identity(source.header(), number);
-            let scan = evidence.scan(&key, position.map(|p| frame.apply(p)));
+            let scan = *known.entry(number).or_insert_with(|| {
+                let (key, position) = scan_identity(source.header(), number);
+                evidence.scan(&key, position.map(|p| frame.apply(p)))
+            });
             too_far += evidence.add(&points[start..end], scan);
             start = end;
         }

@@ -2,11 +2,13 @@
 //! and the kernels that grow with cells times angles. It knows no Python, prints nothing, reads no
 //! configuration, and gives the same bytes for any number of threads.
 
+mod brick;
 pub mod error;
 pub mod gather;
 pub mod hough;
 pub mod neighbours;
 pub mod read;
+pub mod store;
 pub mod trace;
 pub mod voxel;
 

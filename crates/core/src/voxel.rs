@@ -1,106 +1,33 @@
 //! Voxel evidence: a small, mergeable summary of all points (section 3.1 of the paper, with moments added).
 //!
 //! Space is cut into cubic voxels, anchored at the origin of the input's frame. Each occupied voxel keeps the number
-//! of its points and the sums and products of their offsets within it, as integers of 0.1 mm. Integers add up to the
-//! same sums in any order, so the evidence of two clouds together is the sum of their evidences, bit for bit, on any
-//! number of threads. Voxels live in bricks of 8 x 8 x 8, found by hash: memory follows the surface of the building,
-//! and a stray a kilometre away costs one brick.
+//! of its points and the sums and products of their offsets within it, as integers of 0.1 mm; or, if only occupancy is
+//! wanted, one bit. Integers add up to the same sums in any order, so the evidence of two clouds together is the sum
+//! of their evidences, bit for bit, on any number of threads. Voxels live in bricks of 8 x 8 x 8, found by hash: memory
+//! follows the surface of the building, and a stray a kilometre away costs one brick.
+
+use std::cmp::Ordering;
 
 use rustc_hash::FxHashMap;
 
+use crate::brick::{Bits, Cells, SIDE_BITS, Sums};
+pub use crate::brick::{Moments, SIDE};
 use crate::{Error, Result};
 
 /// Length of one quantum, m: all coordinates are rounded to a multiple of it.
 pub const QUANTUM: f64 = 1e-4;
 /// Coordinates beyond this size (m) are refused: voxel indices stay within 32 bits, for voxels of 5 cm and more
 pub const MAX_COORDINATE: f64 = 1e8;
-const SIDE_BITS: u32 = 3;
-/// Voxels along the side of a brick.
-pub const SIDE: i32 = 1 << SIDE_BITS;
-const BRICK_VOXELS: usize = 1 << (3 * SIDE_BITS);
-/// Up to this many voxels a brick is searched through; with more it gets a table of its slots.
-const SEARCHED_VOXELS: usize = 8;
+/// Quanta along the side of a voxel: 1 cm to 5 m.
+pub(crate) const VOXEL_QUANTA: std::ops::RangeInclusive<u32> = 100..=50_000;
 
-/// Sums over the points of a voxel; offsets are from its lower corner, in quanta.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Moments {
-    /// Number of points.
-    pub count: u64,
-    /// Sums of x, y and z.
-    pub sum: [u64; 3],
-    /// Sums of xx, xy and yy.
-    pub products: [u64; 3],
-}
-
-impl Moments {
-    #[inline]
-    fn add_point(&mut self, [x, y, z]: [u64; 3]) {
-        self.count += 1;
-        for (sum, value) in self.sum.iter_mut().zip([x, y, z]) {
-            *sum += value;
-        }
-        for (sum, value) in self.products.iter_mut().zip([x * x, x * y, y * y]) {
-            *sum += value;
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        self.count += other.count;
-        for (sum, value) in self.sum.iter_mut().zip(other.sum) {
-            *sum += value;
-        }
-        for (sum, value) in self.products.iter_mut().zip(other.products) {
-            *sum += value;
-        }
-    }
-}
-
-/// 8 x 8 x 8 voxels; only the occupied ones take room.
-#[derive(Debug, Clone, Default)]
-struct Brick {
-    /// Place of each occupied voxel within the brick (x, then y, then z), in order of arrival.
-    places: Vec<u16>,
-    moments: Vec<Moments>,
-    /// Where each place stands in `moments`, plus one; made once the brick holds enough to need it.
-    slots: Option<Box<[u16; BRICK_VOXELS]>>,
-    /// Scans that hit the brick, as indices into the evidence's own list, each once.
-    scans: Vec<u32>,
-}
-
-impl Brick {
-    #[inline]
-    fn voxel(&mut self, place: u16) -> &mut Moments {
-        let slot = match &self.slots {
-            Some(slots) => usize::from(slots[usize::from(place)]),
-            None => self.places.iter().position(|&p| p == place).map_or(0, |i| i + 1),
-        };
-        let index = if slot > 0 { slot - 1 } else { self.insert(place) };
-        &mut self.moments[index]
-    }
-
-    #[cold]
-    fn insert(&mut self, place: u16) -> usize {
-        self.places.push(place);
-        self.moments.push(Moments::default());
-        let index = self.moments.len() - 1;
-        if let Some(slots) = &mut self.slots {
-            slots[usize::from(place)] = index as u16 + 1;
-        } else if self.places.len() > SEARCHED_VOXELS {
-            let mut slots = Box::new([0; BRICK_VOXELS]);
-            for (i, &p) in self.places.iter().enumerate() {
-                slots[usize::from(p)] = i as u16 + 1;
-            }
-            self.slots = Some(slots);
-        }
-        index
-    }
-
-    #[inline]
-    fn note_scan(&mut self, scan: u32) {
-        if self.scans.last() != Some(&scan) && !self.scans.contains(&scan) {
-            self.scans.push(scan);
-        }
-    }
+/// What is kept of the points in a voxel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// Their number, and the sums and products of their offsets.
+    Moments,
+    /// That there are some.
+    Occupancy,
 }
 
 /// What is known of one scan (setup).
@@ -119,15 +46,51 @@ pub struct ScanEvidence {
 pub struct Voxel {
     /// Index of the voxel: its lower corner divided by the voxel size.
     pub index: [i32; 3],
-    /// Sums over its points.
+    /// Sums over its points; all zero if only occupancy was kept.
     pub moments: Moments,
 }
+
+/// A brick's voxels, and the scans that hit it: indices into the evidence's own list, each once.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Brick<C> {
+    pub cells: C,
+    pub scans: Vec<u32>,
+}
+
+impl<C> Brick<C> {
+    #[inline]
+    pub fn note_scan(&mut self, scan: u32) {
+        if self.scans.last() != Some(&scan) && !self.scans.contains(&scan) {
+            self.scans.push(scan);
+        }
+    }
+}
+
+/// Bricks by their index: that of their voxels divided by [`SIDE`].
+pub(crate) type Bricks<C> = FxHashMap<[i32; 3], Brick<C>>;
+
+#[derive(Debug, Clone)]
+pub(crate) enum Space {
+    Moments(Bricks<Sums>),
+    Occupancy(Bricks<Bits>),
+}
+
+/// The same for either kind of bricks.
+macro_rules! with_bricks {
+    ($space:expr, $bricks:ident => $result:expr) => {
+        match $space {
+            Space::Moments($bricks) => $result,
+            Space::Occupancy($bricks) => $result,
+        }
+    };
+}
+pub(crate) use with_bricks;
 
 /// The summary of a cloud. See the module's text.
 #[derive(Debug, Clone)]
 pub struct Evidence {
     quanta: u32,
-    bricks: FxHashMap<[i32; 3], Brick>,
+    pub(crate) space: Space,
     scans: Vec<ScanEvidence>,
     scan_index: FxHashMap<String, u32>,
     points: u64,
@@ -138,25 +101,41 @@ impl Evidence {
     ///
     /// # Errors
     /// [`Error::BadArgument`] unless `voxel` is a multiple of 0.1 mm from 1 cm to 5 m.
-    pub fn new(voxel: f64) -> Result<Self> {
+    pub fn new(voxel: f64, kept: Kept) -> Result<Self> {
         let quanta = (voxel / QUANTUM).round();
-        if !(100.0..=50_000.0).contains(&quanta) || (quanta * QUANTUM - voxel).abs() > 1e-9 {
+        if !VOXEL_QUANTA.contains(&(quanta as u32)) || (quanta * QUANTUM - voxel).abs() > 1e-9 {
             return Err(Error::BadArgument(format!(
                 "voxel size {voxel} m: expected a multiple of 0.0001 m from 0.01 to 5"
             )));
         }
-        Ok(Self {
-            quanta: quanta as u32,
-            bricks: FxHashMap::default(),
-            scans: Vec::new(),
-            scan_index: FxHashMap::default(),
-            points: 0,
-        })
+        Ok(Self::with_quanta(quanta as u32, kept))
+    }
+
+    /// The same, of voxels of so many quanta.
+    pub(crate) fn with_quanta(quanta: u32, kept: Kept) -> Self {
+        let space = match kept {
+            Kept::Moments => Space::Moments(Bricks::default()),
+            Kept::Occupancy => Space::Occupancy(Bricks::default()),
+        };
+        Self { quanta, space, scans: Vec::new(), scan_index: FxHashMap::default(), points: 0 }
     }
 
     /// Side of a voxel, m.
     pub fn voxel(&self) -> f64 {
         f64::from(self.quanta) * QUANTUM
+    }
+
+    /// Side of a voxel, quanta.
+    pub(crate) fn quanta(&self) -> u32 {
+        self.quanta
+    }
+
+    /// What is kept of the points in a voxel.
+    pub fn kept(&self) -> Kept {
+        match self.space {
+            Space::Moments(_) => Kept::Moments,
+            Space::Occupancy(_) => Kept::Occupancy,
+        }
     }
 
     /// Points that came in.
@@ -166,7 +145,12 @@ impl Evidence {
 
     /// Number of occupied voxels.
     pub fn len(&self) -> usize {
-        self.bricks.values().map(|brick| brick.places.len()).sum()
+        with_bricks!(&self.space, bricks => bricks.values().map(|brick| brick.cells.len()).sum())
+    }
+
+    /// Number of bricks that hold any.
+    pub fn bricks(&self) -> usize {
+        with_bricks!(&self.space, bricks => bricks.len())
     }
 
     /// Whether no point came in.
@@ -181,11 +165,26 @@ impl Evidence {
         scans
     }
 
-    /// The index by which [`Evidence::add`] knows a scan; made on first use.
+    /// For each scan of the evidence's own list, its place in [`Evidence::scans`].
+    pub(crate) fn scan_ranks(&self) -> Vec<u32> {
+        let mut order: Vec<usize> = (0..self.scans.len()).collect();
+        order.sort_by(|&a, &b| self.scans[a].key.cmp(&self.scans[b].key));
+        let mut ranks = vec![0; order.len()];
+        for (rank, &scan) in (0..).zip(&order) {
+            ranks[scan] = rank;
+        }
+        ranks
+    }
+
+    /// The index by which [`Evidence::add`] knows a scan; made on first use. Of two positions for one key the smaller
+    /// one is kept, so that the order does not matter.
     pub fn scan(&mut self, key: &str, position: Option<[f64; 3]>) -> u32 {
         if let Some(&index) = self.scan_index.get(key) {
             let known = &mut self.scans[index as usize].position;
-            *known = known.or(position);
+            *known = match (*known, position) {
+                (Some(one), Some(other)) => Some(if is_before(&other, &one) { other } else { one }),
+                (one, other) => one.or(other),
+            };
             return index;
         }
         let index = self.scans.len() as u32;
@@ -198,38 +197,22 @@ impl Evidence {
     /// number is returned.
     pub fn add(&mut self, points: &[[f64; 3]], scan: u32) -> u64 {
         let lattice = Lattice::new(self.quanta);
-        let mut too_far = 0;
-        let mut rest = points;
-        // Points come in runs that fall into one brick: the brick is looked up once a run.
-        while let Some(&first) = rest.first() {
-            let Some(located) = lattice.locate(first) else {
-                too_far += 1;
-                rest = &rest[1..];
-                continue;
-            };
-            let brick = self.bricks.entry(located.brick).or_default();
-            brick.note_scan(scan);
-            brick.voxel(located.place).add_point(located.offset);
-            let mut taken = 1;
-            while let Some(next) = rest.get(taken).and_then(|&point| lattice.locate(point)) {
-                if next.brick != located.brick {
-                    break;
-                }
-                brick.voxel(next.place).add_point(next.offset);
-                taken += 1;
-            }
-            rest = &rest[taken..];
-        }
-        let kept = points.len() as u64 - too_far;
-        self.points += kept;
-        self.scans[scan as usize].points += kept;
+        let too_far = with_bricks!(&mut self.space, bricks => add_points(bricks, points, scan, &lattice));
+        self.count(points.len() as u64 - too_far, scan);
         too_far
+    }
+
+    /// Note that points of a scan came in.
+    pub(crate) fn count(&mut self, points: u64, scan: u32) {
+        self.points = self.points.saturating_add(points);
+        let scan = &mut self.scans[scan as usize];
+        scan.points = scan.points.saturating_add(points);
     }
 
     /// Add all that another evidence holds; the result is that of both clouds together.
     ///
     /// # Errors
-    /// [`Error::BadArgument`] when the two were gathered at different voxel sizes.
+    /// [`Error::BadArgument`] when the two were gathered at different voxel sizes, or keep different things.
     pub fn merge(&mut self, other: &Self) -> Result<()> {
         if self.quanta != other.quanta {
             return Err(Error::BadArgument(format!(
@@ -238,39 +221,35 @@ impl Evidence {
                 other.voxel()
             )));
         }
-        let scans: Vec<u32> = other
-            .scans
-            .iter()
-            .map(|scan| {
-                let index = self.scan(&scan.key, scan.position);
-                self.scans[index as usize].points += scan.points;
-                index
-            })
-            .collect();
-        for (key, theirs) in &other.bricks {
-            let ours = self.bricks.entry(*key).or_default();
-            for (&place, moments) in theirs.places.iter().zip(&theirs.moments) {
-                ours.voxel(place).add(moments);
-            }
-            for &scan in &theirs.scans {
-                ours.note_scan(scans[scan as usize]);
-            }
+        if self.kept() != other.kept() {
+            let message = "cannot merge evidence of occupancy alone with evidence that keeps moments";
+            return Err(Error::BadArgument(message.into()));
         }
-        self.points += other.points;
+        let mut scans = Vec::with_capacity(other.scans.len());
+        for scan in &other.scans {
+            let index = self.scan(&scan.key, scan.position);
+            self.count(scan.points, index);
+            scans.push(index);
+        }
+        match (&mut self.space, &other.space) {
+            (Space::Moments(ours), Space::Moments(theirs)) => merge_bricks(ours, theirs, &scans),
+            (Space::Occupancy(ours), Space::Occupancy(theirs)) => merge_bricks(ours, theirs, &scans),
+            _ => {} // told apart above
+        }
         Ok(())
     }
 
     /// The occupied voxels, sorted by index (x, then y, then z).
     pub fn voxels(&self) -> Vec<Voxel> {
         let mut voxels = Vec::with_capacity(self.len());
-        for (key, brick) in &self.bricks {
-            for (&place, &moments) in brick.places.iter().zip(&brick.moments) {
+        with_bricks!(&self.space, bricks => for (key, brick) in bricks {
+            brick.cells.each(|place, &moments| {
                 let place = i32::from(place);
                 let within = [place >> (2 * SIDE_BITS), (place >> SIDE_BITS) & (SIDE - 1), place & (SIDE - 1)];
                 let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
                 voxels.push(Voxel { index, moments });
-            }
-        }
+            });
+        });
         voxels.sort_unstable_by_key(|voxel| voxel.index);
         voxels
     }
@@ -278,21 +257,53 @@ impl Evidence {
     /// Which scans hit which brick: brick index (voxel index divided by [`SIDE`]) and index into [`Evidence::scans`],
     /// sorted.
     pub fn brick_scans(&self) -> Vec<([i32; 3], u32)> {
-        let mut order: Vec<usize> = (0..self.scans.len()).collect();
-        order.sort_by(|&a, &b| self.scans[a].key.cmp(&self.scans[b].key));
-        let mut rank = vec![0; order.len()];
-        for (place, &scan) in order.iter().enumerate() {
-            rank[scan] = place as u32;
-        }
-        let mut hits: Vec<_> = self
-            .bricks
-            .iter()
-            .flat_map(|(&key, brick)| brick.scans.iter().map(move |&scan| (key, scan)))
-            .map(|(key, scan)| (key, rank[scan as usize]))
-            .collect();
+        let (ranks, mut hits) = (self.scan_ranks(), Vec::new());
+        with_bricks!(&self.space, bricks => for (&key, brick) in bricks {
+            hits.extend(brick.scans.iter().map(|&scan| (key, ranks[scan as usize])));
+        });
         hits.sort_unstable();
         hits
     }
+}
+
+/// Points come in runs that fall into one brick: the brick is looked up once a run.
+fn add_points<C: Cells>(bricks: &mut Bricks<C>, points: &[[f64; 3]], scan: u32, lattice: &Lattice) -> u64 {
+    let (mut too_far, mut rest) = (0, points);
+    while let Some(&first) = rest.first() {
+        let Some(located) = lattice.locate(first) else {
+            too_far += 1;
+            rest = &rest[1..];
+            continue;
+        };
+        let brick = bricks.entry(located.brick).or_default();
+        brick.note_scan(scan);
+        brick.cells.add_point(located.place, located.offset);
+        let mut taken = 1;
+        while let Some(next) = rest.get(taken).and_then(|&point| lattice.locate(point)) {
+            if next.brick != located.brick {
+                break;
+            }
+            brick.cells.add_point(next.place, next.offset);
+            taken += 1;
+        }
+        rest = &rest[taken..];
+    }
+    too_far
+}
+
+/// `scans` says which of our scans each of theirs is.
+fn merge_bricks<C: Cells>(ours: &mut Bricks<C>, theirs: &Bricks<C>, scans: &[u32]) {
+    for (key, brick) in theirs {
+        let known = ours.entry(*key).or_default();
+        known.cells.merge(&brick.cells);
+        brick.scans.iter().for_each(|&scan| known.note_scan(scans[scan as usize]));
+    }
+}
+
+/// An order of positions that knows no equals but the same bits.
+fn is_before(one: &[f64; 3], other: &[f64; 3]) -> bool {
+    let order = one.iter().zip(other).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne());
+    order == Some(Ordering::Less)
 }
 
 /// Where a point falls.
@@ -349,7 +360,7 @@ mod tests {
     }
 
     fn evidence(points: &[[f64; 3]], key: &str) -> Evidence {
-        let mut evidence = Evidence::new(0.05).unwrap();
+        let mut evidence = Evidence::new(0.05, Kept::Moments).unwrap();
         let scan = evidence.scan(key, None);
         assert_eq!(evidence.add(points, scan), 0);
         evidence
@@ -391,7 +402,7 @@ mod tests {
 
     #[test]
     fn points_out_of_reach_are_counted_and_left_out() {
-        let mut evidence = Evidence::new(0.05).unwrap();
+        let mut evidence = Evidence::new(0.05, Kept::Moments).unwrap();
         let scan = evidence.scan("a", None);
         assert_eq!(evidence.add(&[[f64::NAN, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, -2e8]], scan), 3);
         assert!(evidence.is_empty());
@@ -399,9 +410,9 @@ mod tests {
 
     #[test]
     fn evidence_of_different_voxels_does_not_merge() {
-        let mut fine = Evidence::new(0.05).unwrap();
-        assert!(fine.merge(&Evidence::new(0.1).unwrap()).is_err());
-        assert!(Evidence::new(0.0).is_err());
-        assert!(Evidence::new(0.01234567).is_err());
+        let mut fine = Evidence::new(0.05, Kept::Moments).unwrap();
+        assert!(fine.merge(&Evidence::new(0.1, Kept::Moments).unwrap()).is_err());
+        assert!(Evidence::new(0.0, Kept::Moments).is_err());
+        assert!(Evidence::new(0.01234567, Kept::Moments).is_err());
     }
 }

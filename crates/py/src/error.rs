@@ -12,9 +12,14 @@ pub fn to_python(py: Python<'_>, error: &Error) -> PyErr {
         Error::BadArgument(_) => "ParameterError",
         Error::BadFile { .. } | Error::Io { .. } | Error::Unsupported { .. } => "InputError",
     };
+    exception(py, class, error.to_string())
+}
+
+/// An exception of `asbuilt.errors` by the name of its class.
+pub fn exception(py: Python<'_>, class: &str, message: String) -> PyErr {
     let found = py.import("asbuilt.errors").and_then(|module| Ok(module.getattr(class)?.cast_into::<PyType>()?));
     match found {
-        Ok(class) => PyErr::from_type(class, error.to_string()),
+        Ok(class) => PyErr::from_type(class, message),
         Err(missing) => missing,
     }
 }

@@ -19,4 +19,8 @@ mod _core {
     use crate::read::{PointReader, formats, read_header};
     #[pymodule_export]
     use crate::trace::{strips, trace_lines};
+
+    /// Version of the package.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
 }

@@ -1,22 +1,28 @@
 //! Headers and points of files.
 
-use std::path::PathBuf;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, sync_channel};
 
-use asbuilt_core::read::{Header, open};
-use asbuilt_core::{Error, Result};
+use asbuilt_core::read::{Header, Scan, open, open_coarse};
+use asbuilt_core::voxel::Kept;
+use asbuilt_core::{Error, Result, store};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::error::to_python;
 
-/// What a file says of itself: format, points, bounds, scans, crs, notes.
+/// What a file says of itself: format, points, bounds, scans, crs, notes, and into how many parts it falls that can be
+/// read alone. Of an evidence file also `evidence`: its voxel (m), whether it keeps occupancy alone, and what its writer
+/// said. With a `spacing`, of a file with levels of detail only those down to it.
 #[pyfunction]
-pub fn read_header<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, PyDict>> {
-    let header: Header =
-        py.detach(|| open(&path).map(|source| source.header().clone())).map_err(|e| to_python(py, &e))?;
+#[pyo3(signature = (path, *, spacing=None))]
+pub fn read_header<'py>(py: Python<'py>, path: PathBuf, spacing: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
+    let found = py.detach(|| describe(&path, spacing));
+    let (header, parts, evidence) = found.map_err(|e| to_python(py, &e))?;
     let about = PyDict::new(py);
     about.set_item("format", header.format)?;
     about.set_item("points", header.points)?;
@@ -25,7 +31,37 @@ pub fn read_header<'py>(py: Python<'py>, path: PathBuf) -> PyResult<Bound<'py, P
     about.set_item("notes", header.notes)?;
     let scans = header.scans.into_iter().map(|scan| (scan.number, scan.key, scan.position, scan.points));
     about.set_item("scans", scans.collect::<Vec<_>>())?;
+    about.set_item("parts", parts)?;
+    about.set_item("evidence", evidence)?;
     Ok(about)
+}
+
+/// Of an evidence file: side of a voxel, whether only occupancy is kept, what its writer said.
+type AboutEvidence = Option<(f64, bool, String)>;
+
+fn describe(path: &Path, spacing: Option<f64>) -> Result<(Header, usize, AboutEvidence)> {
+    let mut head = [0; store::MAGIC.len()];
+    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    if is_file && File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && store::is_evidence(&head)
+    {
+        let summary = store::summary(path)?;
+        let scans = (0..).zip(summary.scans).map(|(number, scan)| Scan {
+            number,
+            key: scan.key,
+            name: None,
+            position: scan.position,
+            points: Some(scan.points),
+        });
+        let header = Header {
+            format: format!("asbuilt evidence, version {}", store::VERSION),
+            points: Some(summary.points),
+            scans: scans.collect(),
+            ..Header::default()
+        };
+        return Ok((header, 0, Some((summary.voxel, summary.kept == Kept::Occupancy, summary.about))));
+    }
+    let source = open_coarse(path, spacing)?;
+    Ok((source.header().clone(), source.parts(), None))
 }
 
 type Points = (Vec<[f64; 3]>, Vec<u32>);

@@ -1,6 +1,7 @@
 //! LAS 1.0 to 1.4, plain and compressed (LAZ, COPC). The public header and the records are read in
 //! place: x, y, z are i32 x scale + offset in f64, so that survey coordinates lose nothing.
 
+use super::copc;
 use super::input::{Fnv, Input, f64_at, i32_at, u16_at, u32_at, u64_at};
 use super::laz::Laz;
 use super::{BATCH, Batch, Collector, Header, PART, Skipped, Source};
@@ -49,8 +50,9 @@ impl Layout {
 }
 
 impl Las {
-    /// Read the public header and the variable length records.
-    pub fn open(input: Input) -> Result<Self> {
+    /// Read the public header and the variable length records. With a `spacing`, a COPC file gives only the levels
+    /// of its octree down to points that close together, in its own unit.
+    pub fn open(input: Input, spacing: Option<f64>) -> Result<Self> {
         let head = input.head(375)?;
         if head.len() < 227 {
             return Err(input.bad(format!("expected a LAS header of 227 bytes, found {} bytes", head.len())));
@@ -95,9 +97,15 @@ impl Las {
         let records = Records::read(&input, u64::from(header_length), u32_at(&head, 100), start, evlrs)?;
         let source_id_at = if format < 6 { 18 } else { 20 };
         let layout = Layout { start, points, record_length: usize::from(record_length), source_id_at, scale, offset };
+        let nodes = match (spacing, &records.copc) {
+            (Some(spacing), Some(info)) => Some(copc::nodes(&input, &layout, info, spacing)?),
+            _ => None,
+        };
+        let read = nodes.as_ref().map_or(points, |nodes| nodes.iter().map(|node| node.points).sum());
+        let notes = (read < points).then(|| format!("preview: {read} of {points} points, evenly spread"));
         let laz = match (compressed, &records.laszip) {
             (false, _) => None,
-            (true, Some(record)) if points > 0 => Some(Laz::open(&input, &layout, record)?),
+            (true, Some(record)) if points > 0 => Some(Laz::open(&input, &layout, record, nodes)?),
             (true, Some(_)) => None,
             (true, None) => return Err(input.bad("expected a LASzip record for its compressed points, found none")),
         };
@@ -109,7 +117,7 @@ impl Las {
                 );
             }
         }
-        let packing = match (compressed, records.copc) {
+        let packing = match (compressed, records.copc.is_some()) {
             (_, true) => ", COPC",
             (true, false) => ", LAZ",
             (false, false) => "",
@@ -118,12 +126,12 @@ impl Las {
         let bounds = [[min_x, min_y, min_z], [max_x, max_y, max_z]];
         let header = Header {
             format: format!("LAS {major}.{minor}, point format {format}{packing}"),
-            points: Some(points),
+            points: Some(read),
             bounds: (points > 0 && bounds.iter().flatten().all(|v| v.is_finite())).then_some(bounds),
             scans: Vec::new(),
             key: scan_key(&head),
             crs: records.crs,
-            notes: records.notes,
+            notes: records.notes.into_iter().chain(notes).collect(),
         };
         Ok(Self { input, header, layout, laz })
     }
@@ -177,7 +185,7 @@ impl Source for Las {
 #[derive(Default)]
 struct Records {
     laszip: Option<Vec<u8>>,
-    copc: bool,
+    copc: Option<Vec<u8>>,
     crs: Option<String>,
     notes: Vec<String>,
 }
@@ -229,7 +237,7 @@ impl Records {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim_matches(['\0', ' ', '\n']).to_string();
         match (text(&head[2..18]).as_str(), u16_at(head, 18)) {
             ("laszip encoded", 22204) => self.laszip = Some(data.to_vec()),
-            ("copc", 1) => self.copc = true,
+            ("copc", 1) => self.copc = Some(data.to_vec()),
             ("LASF_Projection", 2112) => self.crs = Some(text(data)).filter(|wkt| !wkt.is_empty()),
             ("LASF_Projection", 34735) => *geo_keys = data.to_vec(),
             _ => {}

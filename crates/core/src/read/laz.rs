@@ -27,15 +27,15 @@ pub(super) struct Laz {
 }
 
 /// Points that can be decoded without those before them.
-struct Chunk {
-    start: u64,
-    length: u64,
-    points: u64,
+pub(super) struct Chunk {
+    pub start: u64,
+    pub length: u64,
+    pub points: u64,
 }
 
 impl Laz {
-    /// Understand the LASzip record and the chunk table.
-    pub fn open(input: &Input, layout: &Layout, record: &[u8]) -> Result<Self> {
+    /// Understand the LASzip record and the chunk table; or take only the `wanted` chunks, which are not empty.
+    pub fn open(input: &Input, layout: &Layout, record: &[u8], wanted: Option<Vec<Chunk>>) -> Result<Self> {
         let vlr = LazVlr::from_buffer(record).map_err(|e| bad_laz(input, e))?;
         let items = vlr.items().clone();
         let item_size = items.iter().map(|item| usize::from(item.size())).sum::<usize>();
@@ -61,7 +61,9 @@ impl Laz {
             chunks: Vec::new(),
             parts: Vec::new(),
         };
-        if !point_wise {
+        if let (Some(chunks), true) = (wanted, layered) {
+            laz.chunks = chunks;
+        } else if !point_wise {
             laz.chunks = match laz.chunk_table(input, layout, &vlr)? {
                 Some(chunks) => chunks,
                 None if layered => laz.walk_chunks(input, layout)?,

@@ -1,6 +1,7 @@
 //! Reading points, one module a format. A file is opened into a [`Source`]: its header at once, its
 //! points later, in parts that threads may decode side by side. A cloud is never held in memory.
 
+mod copc;
 mod e57;
 mod input;
 mod las;
@@ -143,12 +144,23 @@ pub fn formats() -> &'static [(&'static str, &'static [&'static str])] {
 /// [`Error::BadFile`] when the content is not what the suffix says, is empty or cut short; [`Error::Io`] when it
 /// cannot be opened; [`Error::Unsupported`] for a suffix that no reader knows, with the list of those that are known.
 pub fn open(path: &Path) -> Result<Box<dyn Source>> {
+    open_coarse(path, None)
+}
+
+/// The same; formats that keep points by levels of detail (COPC) give only those down to a `spacing` in the file's unit.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_coarse(path: &Path, spacing: Option<f64>) -> Result<Box<dyn Source>> {
     let input = Input::open(path)?;
     let head = input.head(1024)?;
+    if crate::store::is_evidence(&head) {
+        return Err(input.bad("expected points, found an evidence file, which holds none"));
+    }
     let suffix = path.extension().map(|s| s.to_string_lossy().to_lowercase()).unwrap_or_default();
     let expected = formats().iter().find(|(_, suffixes)| suffixes.contains(&suffix.as_str())).map(|(name, _)| *name);
     match (expected, sniff(&head)) {
-        (None | Some("LAS"), Some("LAS")) => Ok(Box::new(las::Las::open(input)?)),
+        (None | Some("LAS"), Some("LAS")) => Ok(Box::new(las::Las::open(input, spacing)?)),
         (None | Some("E57"), Some("E57")) => Ok(Box::new(e57::E57::open(input)?)),
         (None | Some("PLY"), Some("PLY")) => Ok(Box::new(ply::Ply::open(input)?)),
         (None | Some("PCD"), Some("PCD")) => Ok(Box::new(pcd::Pcd::open(input)?)),

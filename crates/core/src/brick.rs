@@ -1,0 +1,154 @@
+//! Bricks: 8 x 8 x 8 voxels that lie together, and what is kept of the points in each.
+
+/// Side of a brick as a power of two.
+pub(crate) const SIDE_BITS: u32 = 3;
+/// Voxels along the side of a brick.
+pub const SIDE: i32 = 1 << SIDE_BITS;
+/// Voxels of a brick.
+pub(crate) const BRICK_VOXELS: usize = 1 << (3 * SIDE_BITS);
+/// Up to this many voxels a brick is searched through; with more it gets a table of its slots.
+const SEARCHED_VOXELS: usize = 8;
+
+/// Sums over the points of a voxel; offsets are from its lower corner, in quanta.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Moments {
+    /// Number of points.
+    pub count: u64,
+    /// Sums of x, y and z.
+    pub sum: [u64; 3],
+    /// Sums of xx, xy and yy.
+    pub products: [u64; 3],
+}
+
+impl Moments {
+    #[inline]
+    fn add_point(&mut self, [x, y, z]: [u64; 3]) {
+        self.count += 1;
+        for (sum, value) in self.sum.iter_mut().zip([x, y, z]) {
+            *sum += value;
+        }
+        for (sum, value) in self.products.iter_mut().zip([x * x, x * y, y * y]) {
+            *sum += value;
+        }
+    }
+
+    /// Saturating: points never come near, but an evidence file may claim anything.
+    fn add(&mut self, other: &Self) {
+        self.count = self.count.saturating_add(other.count);
+        for (sum, value) in self.sum.iter_mut().zip(other.sum) {
+            *sum = sum.saturating_add(value);
+        }
+        for (sum, value) in self.products.iter_mut().zip(other.products) {
+            *sum = sum.saturating_add(value);
+        }
+    }
+}
+
+/// What is kept of the points in a brick. A place is a voxel's number within the brick: x, then y, then z.
+pub(crate) trait Cells: Default + Clone + Send + Sync {
+    /// One more point, at `offset` from the lower corner of its voxel, in quanta.
+    fn add_point(&mut self, place: u16, offset: [u64; 3]);
+    /// All that is summed up in `moments`.
+    fn add(&mut self, place: u16, moments: &Moments);
+    /// All that another brick holds.
+    fn merge(&mut self, other: &Self);
+    /// Number of occupied voxels.
+    fn len(&self) -> usize;
+    /// Hand on the occupied voxels, in any order.
+    fn each(&self, take: impl FnMut(u16, &Moments));
+}
+
+/// Sums for each occupied voxel; only these take room.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Sums {
+    /// Place of each occupied voxel, in order of arrival.
+    places: Vec<u16>,
+    moments: Vec<Moments>,
+    /// Where each place stands in `moments`, plus one; made once the brick holds enough to need it.
+    slots: Option<Box<[u16; BRICK_VOXELS]>>,
+}
+
+impl Sums {
+    #[inline]
+    fn voxel(&mut self, place: u16) -> &mut Moments {
+        let slot = match &self.slots {
+            Some(slots) => usize::from(slots[usize::from(place)]),
+            None => self.places.iter().position(|&p| p == place).map_or(0, |i| i + 1),
+        };
+        let index = if slot > 0 { slot - 1 } else { self.insert(place) };
+        &mut self.moments[index]
+    }
+
+    #[cold]
+    fn insert(&mut self, place: u16) -> usize {
+        self.places.push(place);
+        self.moments.push(Moments::default());
+        let index = self.moments.len() - 1;
+        if let Some(slots) = &mut self.slots {
+            slots[usize::from(place)] = index as u16 + 1;
+        } else if self.places.len() > SEARCHED_VOXELS {
+            let mut slots = Box::new([0; BRICK_VOXELS]);
+            for (i, &p) in self.places.iter().enumerate() {
+                slots[usize::from(p)] = i as u16 + 1;
+            }
+            self.slots = Some(slots);
+        }
+        index
+    }
+}
+
+impl Cells for Sums {
+    #[inline]
+    fn add_point(&mut self, place: u16, offset: [u64; 3]) {
+        self.voxel(place).add_point(offset);
+    }
+
+    fn add(&mut self, place: u16, moments: &Moments) {
+        self.voxel(place).add(moments);
+    }
+
+    fn merge(&mut self, other: &Self) {
+        other.each(|place, moments| self.add(place, moments));
+    }
+
+    fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    fn each(&self, mut take: impl FnMut(u16, &Moments)) {
+        self.places.iter().zip(&self.moments).for_each(|(&place, moments)| take(place, moments));
+    }
+}
+
+/// One bit for each voxel.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Bits([u64; BRICK_VOXELS / 64]);
+
+impl Cells for Bits {
+    #[inline]
+    fn add_point(&mut self, place: u16, _: [u64; 3]) {
+        self.0[usize::from(place) / 64] |= 1 << (place % 64);
+    }
+
+    fn add(&mut self, place: u16, _: &Moments) {
+        self.add_point(place, [0; 3]);
+    }
+
+    fn merge(&mut self, other: &Self) {
+        self.0.iter_mut().zip(other.0).for_each(|(ours, theirs)| *ours |= theirs);
+    }
+
+    fn len(&self) -> usize {
+        self.0.iter().map(|word| word.count_ones() as usize).sum()
+    }
+
+    fn each(&self, mut take: impl FnMut(u16, &Moments)) {
+        for (first, word) in (0..).step_by(64).zip(self.0) {
+            let mut left = word;
+            while left != 0 {
+                take(first + left.trailing_zeros() as u16, &Moments::default());
+                left &= left - 1;
+            }
+        }
+    }
+}

@@ -1,0 +1,449 @@
+//! Evidence files. What a reader of another program needs is in `docs/evidence_files.md`; in short:
+//!
+//! | bytes | what |
+//! |---|---|
+//! | 16 | `asbuilt evidence` |
+//! | 4 | version of the format, u32, little-endian |
+//! | ... | the evidence, its numbers as LEB128 (seven bits a byte, the lowest first) |
+//! | 4 | CRC-32C of all bytes before, u32, little-endian |
+//!
+//! Scans, bricks and voxels are written in order, so that the same evidence is the same bytes, however it was gathered.
+//! There is no compression to unpack: what a file claims to hold it must hold, and memory stays in proportion to its
+//! size.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+use crate::brick::{BRICK_VOXELS, Cells, Moments};
+use crate::voxel::{Bricks, Evidence, Kept, ScanEvidence, Space, VOXEL_QUANTA, with_bricks};
+use crate::{Error, Result};
+
+/// The first bytes of every evidence file.
+pub const MAGIC: &[u8; 16] = b"asbuilt evidence";
+/// Version of the format that is written, and the newest that is read.
+pub const VERSION: u32 = 1;
+
+const HEAD: usize = MAGIC.len() + 4;
+const CHECKSUM: usize = 4;
+const CUT_SHORT: &str = "its checksum is wrong; the file is damaged or cut short";
+
+/// What an evidence file says before its voxels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// Side of a voxel, m.
+    pub voxel: f64,
+    /// What is kept of the points in a voxel.
+    pub kept: Kept,
+    /// Points that came in.
+    pub points: u64,
+    /// Whatever its writer had to say: inputs, coordinate system.
+    pub about: String,
+    /// Sorted by key.
+    pub scans: Vec<ScanEvidence>,
+}
+
+/// Write an evidence file. It appears under its name when it is whole, and replaces what was there.
+///
+/// # Errors
+/// [`Error::Io`] if it cannot be written.
+pub fn save(evidence: &Evidence, about: &str, path: &Path) -> Result<()> {
+    let mut unfinished = path.as_os_str().to_owned();
+    unfinished.push(".unfinished");
+    let unfinished = PathBuf::from(unfinished);
+    let written = File::create(&unfinished).and_then(|file| {
+        let mut out = BufWriter::with_capacity(1 << 18, file);
+        write(evidence, about, &mut out)?;
+        out.into_inner()?.sync_all()?;
+        std::fs::rename(&unfinished, path)
+    });
+    written.map_err(|error| {
+        let _ = std::fs::remove_file(&unfinished);
+        Error::io(path, error)
+    })
+}
+
+/// Read an evidence file and what its writer said about it.
+///
+/// # Errors
+/// [`Error::BadFile`] if it is none, or damaged; [`Error::Unsupported`] if it is of a newer version.
+pub fn load(path: &Path) -> Result<(Evidence, String)> {
+    let file = || File::open(path).map(|file| BufReader::with_capacity(1 << 18, file)).map_err(|e| Error::io(path, e));
+    let length = checked_length(path, &mut file()?)?;
+    parse(file()?, length).map_err(|error| error.of(path))
+}
+
+/// What an evidence file says before its voxels. Its checksum is not looked at.
+///
+/// # Errors
+/// As [`load`].
+pub fn summary(path: &Path) -> Result<Summary> {
+    let file = File::open(path).map_err(|e| Error::io(path, e))?;
+    let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
+    let left = length.saturating_sub(CHECKSUM as u64);
+    let mut reader = Reader { inner: BufReader::new(file), left };
+    let found = reader.head().and_then(|()| reader.summary());
+    let (quanta, kept, about, scans, points) = found.map_err(|error| error.of(path))?;
+    let voxel = Evidence::with_quanta(quanta, kept).voxel();
+    Ok(Summary { voxel, kept, points, about, scans })
+}
+
+/// The bytes of an evidence file.
+pub fn to_bytes(evidence: &Evidence, about: &str) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    write(evidence, about, &mut bytes).expect("memory takes all");
+    bytes
+}
+
+/// The evidence in the bytes of a file.
+///
+/// # Errors
+/// As [`load`]; messages call them `name`.
+pub fn from_bytes(bytes: &[u8], name: &Path) -> Result<(Evidence, String)> {
+    let length = checked_length(name, &mut { bytes })?;
+    parse(bytes, length).map_err(|error| error.of(name))
+}
+
+/// Whether these are the first bytes of an evidence file.
+pub fn is_evidence(head: &[u8]) -> bool {
+    head.starts_with(MAGIC)
+}
+
+fn write(evidence: &Evidence, about: &str, out: &mut impl Write) -> io::Result<()> {
+    let mut writer = Writer { out, checksum: 0 };
+    writer.bytes(MAGIC)?;
+    writer.bytes(&VERSION.to_le_bytes())?;
+    writer.number(u64::from(evidence.quanta()))?;
+    writer.number(match evidence.kept() {
+        Kept::Moments => 0,
+        Kept::Occupancy => 1,
+    })?;
+    writer.text(about)?;
+    let scans = evidence.scans();
+    writer.number(scans.len() as u64)?;
+    for scan in scans {
+        writer.text(&scan.key)?;
+        writer.number(scan.points)?;
+        writer.number(u64::from(scan.position.is_some()))?;
+        for value in scan.position.iter().flatten() {
+            writer.bytes(&value.to_le_bytes())?;
+        }
+    }
+    let ranks = evidence.scan_ranks();
+    with_bricks!(&evidence.space, bricks => writer.bricks(bricks, &ranks, evidence.kept())?);
+    let checksum = writer.checksum;
+    out.write_all(&checksum.to_le_bytes())
+}
+
+struct Writer<'a, W> {
+    out: &'a mut W,
+    checksum: u32,
+}
+
+impl<W: Write> Writer<'_, W> {
+    fn bytes(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.checksum = crc32c::crc32c_append(self.checksum, bytes);
+        self.out.write_all(bytes)
+    }
+
+    fn number(&mut self, number: u64) -> io::Result<()> {
+        let mut bytes = Vec::with_capacity(10);
+        push_number(&mut bytes, number);
+        self.bytes(&bytes)
+    }
+
+    fn text(&mut self, text: &str) -> io::Result<()> {
+        self.number(text.len() as u64)?;
+        self.bytes(text.as_bytes())
+    }
+
+    /// Sorted by index: the step from the one before, its scans, its voxels.
+    fn bricks<C: Cells>(&mut self, bricks: &Bricks<C>, ranks: &[u32], kept: Kept) -> io::Result<()> {
+        let mut keys: Vec<_> = bricks.keys().copied().collect();
+        keys.sort_unstable();
+        self.number(keys.len() as u64)?;
+        let (mut before, mut bytes, mut scans, mut voxels) = ([0; 3], Vec::new(), Vec::new(), Vec::new());
+        for key in keys {
+            let brick = &bricks[&key];
+            bytes.clear();
+            for axis in 0..3 {
+                let step = i64::from(key[axis]) - i64::from(before[axis]);
+                push_number(&mut bytes, (step << 1 ^ step >> 63) as u64); // zigzag: 0, -1, 1, -2...
+            }
+            before = key;
+            scans.clear();
+            scans.extend(brick.scans.iter().map(|&scan| ranks[scan as usize]));
+            scans.sort_unstable();
+            push_number(&mut bytes, scans.len() as u64);
+            let mut next = 0;
+            for &scan in &scans {
+                push_number(&mut bytes, u64::from(scan - next));
+                next = scan + 1;
+            }
+            voxels.clear();
+            brick.cells.each(|place, moments| voxels.push((place, *moments)));
+            voxels.sort_unstable_by_key(|&(place, _)| place);
+            push_number(&mut bytes, voxels.len() as u64 - 1); // a brick without voxels is none
+            let mut next = 0;
+            for (place, moments) in &voxels {
+                push_number(&mut bytes, u64::from(place - next));
+                next = place + 1;
+                if kept == Kept::Moments {
+                    push_number(&mut bytes, moments.count);
+                    moments.sum.iter().chain(&moments.products).for_each(|&sum| push_number(&mut bytes, sum));
+                }
+            }
+            self.bytes(&bytes)?;
+        }
+        Ok(())
+    }
+}
+
+fn push_number(bytes: &mut Vec<u8>, mut number: u64) {
+    while number >= 0x80 {
+        bytes.push(number as u8 | 0x80);
+        number >>= 7;
+    }
+    bytes.push(number as u8);
+}
+
+/// The file's length, once its head is known and its checksum is right.
+fn checked_length(path: &Path, reader: &mut impl BufRead) -> Result<u64> {
+    let io = |error| Error::io(path, error);
+    let mut head = [0; HEAD];
+    let mut read = 0;
+    while read < HEAD {
+        match reader.read(&mut head[read..]).map_err(io)? {
+            0 => break,
+            more => read += more,
+        }
+    }
+    check_head(&head[..read]).map_err(|error| error.of(path))?;
+    // All but the last four bytes, of which nobody knows that they are the last before the end.
+    let (mut checksum, mut held) = (crc32c::crc32c(&head), Vec::<u8>::with_capacity(CHECKSUM));
+    let mut length = HEAD as u64;
+    loop {
+        let block = reader.fill_buf().map_err(io)?;
+        if block.is_empty() {
+            break;
+        }
+        let taken = block.len();
+        length += taken as u64;
+        let kept = block.len().min(CHECKSUM);
+        let old = (held.len() + kept).saturating_sub(CHECKSUM);
+        checksum = crc32c::crc32c_append(checksum, &held[..old]);
+        held.drain(..old);
+        let (done, last) = block.split_at(taken - kept);
+        checksum = crc32c::crc32c_append(checksum, done);
+        held.extend_from_slice(last);
+        reader.consume(taken);
+    }
+    if held != checksum.to_le_bytes() {
+        return Err(Error::bad_file(path, CUT_SHORT));
+    }
+    Ok(length)
+}
+
+fn check_head(head: &[u8]) -> std::result::Result<(), Wrong> {
+    if !is_evidence(head) || head.len() < HEAD {
+        return Err(Wrong::Data("expected an evidence file (first bytes: asbuilt evidence), found other data".into()));
+    }
+    let version = u32::from_le_bytes([head[16], head[17], head[18], head[19]]);
+    match version {
+        VERSION => Ok(()),
+        0 => Err(Wrong::data("a version of 1 or more")),
+        _ => Err(Wrong::Version(version)),
+    }
+}
+
+/// The evidence behind the head of a file whose checksum is right; nothing else is believed.
+fn parse(reader: impl BufRead, length: u64) -> std::result::Result<(Evidence, String), Wrong> {
+    let mut reader = Reader { inner: reader, left: length - CHECKSUM as u64 };
+    reader.head()?;
+    let (quanta, kept, about, scans, points) = reader.summary()?;
+    let mut evidence = Evidence::with_quanta(quanta, kept);
+    for scan in &scans {
+        let index = evidence.scan(&scan.key, scan.position);
+        evidence.count(scan.points, index);
+    }
+    let number = scans.len() as u32;
+    let counted = with_bricks!(&mut evidence.space, bricks => reader.bricks(bricks, number, quanta, kept)?);
+    if kept == Kept::Moments && counted != points {
+        return Err(Wrong::data("as many points in the voxels as in the scans"));
+    }
+    if reader.left > 0 {
+        return Err(Wrong::data("nothing behind the last voxel"));
+    }
+    Ok((evidence, about))
+}
+
+/// What is wrong with a file.
+enum Wrong {
+    /// The message.
+    Data(String),
+    Version(u32),
+    Io(io::Error),
+}
+
+impl Wrong {
+    fn data(expected: &str) -> Self {
+        Self::Data(format!("expected {expected}; the evidence file is damaged"))
+    }
+
+    fn of(self, path: &Path) -> Error {
+        match self {
+            Self::Data(message) => Error::bad_file(path, message),
+            Self::Version(version) => Error::unsupported(
+                path,
+                format!("expected an evidence file of version {VERSION}, found {version}; it needs a newer asbuilt"),
+            ),
+            Self::Io(error) => Error::io(path, error),
+        }
+    }
+}
+
+type About = (u32, Kept, String, Vec<ScanEvidence>, u64);
+
+/// Takes numbers from a file of known length.
+struct Reader<R> {
+    inner: R,
+    left: u64,
+}
+
+impl<R: BufRead> Reader<R> {
+    fn bytes<const N: usize>(&mut self) -> std::result::Result<[u8; N], Wrong> {
+        let mut bytes = [0; N];
+        self.left = self.left.checked_sub(N as u64).ok_or_else(|| Wrong::Data(CUT_SHORT.into()))?;
+        self.inner.read_exact(&mut bytes).map_err(Wrong::Io)?;
+        Ok(bytes)
+    }
+
+    fn head(&mut self) -> std::result::Result<(), Wrong> {
+        let mut head = Vec::new();
+        let read = self.inner.by_ref().take(HEAD as u64).read_to_end(&mut head).map_err(Wrong::Io)?;
+        self.left = self.left.saturating_sub(read as u64);
+        check_head(&head)
+    }
+
+    #[inline]
+    fn number(&mut self) -> std::result::Result<u64, Wrong> {
+        let mut number = 0;
+        for shift in (0..64).step_by(7) {
+            let [byte] = self.bytes()?;
+            let bits = u64::from(byte & 0x7f);
+            // Ten bytes hold 70 bits; and a last byte of zero would be a second way to write the same number.
+            if bits << shift >> shift != bits || (byte == 0 && shift > 0) {
+                break;
+            }
+            number |= bits << shift;
+            if byte < 0x80 {
+                return Ok(number);
+            }
+        }
+        Err(Wrong::data("a number of at most 64 bits"))
+    }
+
+    /// A number below `end`.
+    fn below(&mut self, end: u64, what: &str) -> std::result::Result<u64, Wrong> {
+        let number = self.number()?;
+        if number < end { Ok(number) } else { Err(Wrong::data(&format!("{what} below {end}, found {number}"))) }
+    }
+
+    fn text(&mut self) -> std::result::Result<String, Wrong> {
+        let length = self.below(self.left.saturating_add(1), "a text's length")?;
+        let mut bytes = Vec::new();
+        self.left -= length;
+        self.inner.by_ref().take(length).read_to_end(&mut bytes).map_err(Wrong::Io)?;
+        String::from_utf8(bytes).map_err(|_| Wrong::data("text in UTF-8"))
+    }
+
+    fn summary(&mut self) -> std::result::Result<About, Wrong> {
+        let quanta = self.number()?;
+        let quanta = u32::try_from(quanta).ok().filter(|quanta| VOXEL_QUANTA.contains(quanta));
+        let quanta = quanta.ok_or_else(|| Wrong::data("voxels of 1 cm to 5 m"))?;
+        let kept = if self.below(2, "what voxels keep")? == 0 { Kept::Moments } else { Kept::Occupancy };
+        let about = self.text()?;
+        let count = self.below(u64::from(u32::MAX), "a number of scans")?;
+        let (mut scans, mut points) = (Vec::<ScanEvidence>::new(), 0_u64);
+        for _ in 0..count {
+            let key = self.text()?;
+            if scans.last().is_some_and(|last| last.key >= key) {
+                return Err(Wrong::data("scans in the order of their keys"));
+            }
+            let of_scan = self.number()?;
+            points = points.checked_add(of_scan).ok_or_else(|| Wrong::data("less than 2^64 points"))?;
+            let mut position = None;
+            if self.below(2, "whether a position follows")? == 1 {
+                let place = [self.bytes()?, self.bytes()?, self.bytes()?].map(f64::from_le_bytes);
+                if !place.iter().all(|v| v.is_finite()) {
+                    return Err(Wrong::data("finite positions of scans"));
+                }
+                position = Some(place);
+            }
+            scans.push(ScanEvidence { key, position, points: of_scan });
+        }
+        Ok((quanta, kept, about, scans, points))
+    }
+
+    /// Fill the bricks; returns the points that their voxels count.
+    fn bricks<C: Cells>(
+        &mut self,
+        bricks: &mut Bricks<C>,
+        scans: u32,
+        quanta: u32,
+        kept: Kept,
+    ) -> std::result::Result<u64, Wrong> {
+        // Voxel indices must fit 32 bits.
+        let within = i64::from(i32::MIN >> 3)..=i64::from(i32::MAX >> 3);
+        let (mut before, mut points) = ([0_i32; 3], 0_u64);
+        for number in 0..self.number()? {
+            let mut key = [0; 3];
+            for axis in 0..3 {
+                let step = self.number()?;
+                let step = (step >> 1) as i64 ^ -((step & 1) as i64);
+                let index = i64::from(before[axis]).checked_add(step).filter(|index| within.contains(index));
+                key[axis] = index.ok_or_else(|| Wrong::data("bricks within 100,000 km"))? as i32;
+            }
+            if number > 0 && key <= before {
+                return Err(Wrong::data("bricks in the order of their indices"));
+            }
+            before = key;
+            let brick = bricks.entry(key).or_default();
+            let mut next = 0;
+            for _ in 0..self.below(u64::from(scans) + 1, "a number of scans")? {
+                let scan = self.below(u64::from(scans - next), "a scan")? as u32 + next;
+                brick.scans.push(scan);
+                next = scan + 1;
+            }
+            let mut next = 0;
+            for _ in 0..=self.below(BRICK_VOXELS as u64, "a number of voxels")? {
+                let place = self.below((BRICK_VOXELS - next) as u64, "a place in a brick")? as usize + next;
+                let moments = if kept == Kept::Moments { self.moments(quanta)? } else { Moments::default() };
+                points = points.saturating_add(moments.count);
+                brick.cells.add(place as u16, &moments);
+                next = place + 1;
+            }
+        }
+        Ok(points)
+    }
+
+    /// Sums that points within a voxel can have.
+    fn moments(&mut self, quanta: u32) -> std::result::Result<Moments, Wrong> {
+        let impossible = || Wrong::data("sums that points within a voxel can have");
+        let count = self.number()?;
+        let greatest = u64::from(quanta) - 1;
+        let (sums, products) = (count.checked_mul(greatest), count.checked_mul(greatest * greatest));
+        let (Some(sums), Some(products), true) = (sums, products, count > 0) else { return Err(impossible()) };
+        let (mut sum, mut product) = ([0; 3], [0; 3]);
+        for value in &mut sum {
+            *value = self.number()?;
+        }
+        for value in &mut product {
+            *value = self.number()?;
+        }
+        if sum.iter().any(|&v| v > sums) || product.iter().any(|&v| v > products) {
+            return Err(impossible());
+        }
+        Ok(Moments { count, sum, products: product })
+    }
+}

@@ -1,0 +1,132 @@
+"""``asbuilt evidence`` and ``asbuilt merge``: what all points say, summed up in a file."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
+from asbuilt.errors import OutputError
+
+if TYPE_CHECKING:
+    from asbuilt.evidence import Evidence
+
+Output = Annotated[
+    Path, typer.Option("--output", "-o", metavar="OUT.evidence", help="Evidence file to write.", show_default=False)
+]
+
+
+def evidence_command(
+    inputs: Inputs,
+    output: Output,
+    add_to: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="OLD.evidence", help="Add the inputs to this evidence; its scans are not read.", show_default=False
+        ),
+    ] = None,
+    voxel: Annotated[
+        float | None,
+        typer.Option(metavar="METRES", help="Side of a voxel. \\[default: 0.05, or that of OLD]", show_default=False),
+    ] = None,
+    occupancy: Annotated[
+        bool, typer.Option("--occupancy", help="Keep only which voxels hold points; enough for --preset paper.")
+    ] = False,
+    preview: Annotated[
+        bool, typer.Option("--preview", help="Of COPC read only points down to half a voxel's spacing.")
+    ] = False,
+    unit: Unit = "m",
+    up: Up = "z",
+    skip_bad: SkipBad = False,
+    threads: Threads = None,
+) -> None:
+    """Sum up registered laser scans in an evidence file, from which plans are made without reading a point again.
+
+    All scans of a building, then plans of it:
+
+        asbuilt evidence scans/*.e57 -o school.evidence
+
+        asbuilt plan school.evidence -o school.dxf
+
+    The scans of another day, without those of yesterday:
+
+        asbuilt evidence tuesday/*.e57 --add-to school.evidence -o school.evidence
+
+    Interrupted, it goes on where it was when the same command is given again: until all is read, the evidence of each
+    file that is done lies in OUT.evidence.parts. The bytes are the same as without the interruption.
+
+    Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
+    """
+    _check_output(output)
+    import asbuilt
+    from asbuilt.params import EvidenceParameters
+
+    parameters = EvidenceParameters(occupancy=occupancy, preview=preview)
+    if voxel is not None:
+        parameters = EvidenceParameters(voxel, occupancy, preview)
+    cloud = asbuilt.read(*inputs, *add_to or (), unit=unit, up=up, skip_bad=skip_bad)
+    parts = output.with_name(f"{output.name}.parts")
+    if parts.is_dir() and any(parts.iterdir()):
+        say(f"asbuilt: resuming from {parts}")
+    with progress_bar("reading") as progress:
+        evidence = asbuilt.gather_evidence(
+            cloud, parameters, threads=threads, progress=progress, skip_bad=skip_bad, resume=parts
+        )
+    evidence.save(output)
+    shutil.rmtree(parts)
+    _print_summary(evidence, output)
+    for error in evidence.errors:
+        say(f"asbuilt: left out: {error}")
+    if evidence.errors:
+        raise typer.Exit(3)
+
+
+def merge_command(
+    inputs: Annotated[
+        list[Path], typer.Argument(metavar="A.evidence B.evidence...", help="Evidence files.", show_default=False)
+    ],
+    output: Output,
+) -> None:
+    """Put evidence files together: the same bytes as if all their scans had been read at once.
+
+    Two days, or two halves of a campus:
+
+        asbuilt merge monday.evidence tuesday.evidence -o school.evidence
+
+        asbuilt merge campus/*.evidence -o campus.evidence
+
+    Exit codes: 0 done, 2 error; a scan that is in two of the files is one.
+    """
+    _check_output(output)
+    import asbuilt
+
+    evidence = asbuilt.read_evidence(*inputs)
+    evidence.save(output)
+    _print_summary(evidence, output)
+
+
+def _check_output(path: Path) -> None:
+    """Before hours are spent on reading."""
+    if path.suffix != ".evidence":
+        raise OutputError(f"{path}: expected a name that ends in .evidence")
+    if path.is_dir():
+        raise OutputError(f"{path}: is a folder, expected a file to write to")
+    if not path.parent.is_dir():
+        raise OutputError(f"{path}: the folder {path.parent} does not exist; create it first")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise OutputError(f"{path}: no permission to write in the folder {path.parent}")
+
+
+def _print_summary(evidence: Evidence, output: Path) -> None:
+    files, scans = len(evidence.inputs), len(evidence.scans)
+    print(
+        f"{evidence.points:,} points in {files} {'file' if files == 1 else 'files'} and {scans} "
+        f"{'scan' if scans == 1 else 'scans'}: {len(evidence.core):,} voxels of {evidence.voxel:g} m"
+    )
+    for note in evidence.skipped:
+        say(f"asbuilt: note: {note}")
+    print(f"wrote {output}")
