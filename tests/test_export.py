@@ -5,9 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-import re
 import stat
-import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import ezdxf
@@ -16,11 +14,10 @@ import pytest
 from PIL import Image
 
 from asbuilt import FloorPlan, load_plan
-from asbuilt.errors import OutputError, ParameterError
+from asbuilt.errors import OutputError
 from asbuilt.export import check_output, export, known_suffixes
 from asbuilt.plan import WallFace
 
-SVG = "{http://www.w3.org/2000/svg}"
 ALL = sorted(known_suffixes())
 
 
@@ -53,33 +50,6 @@ def test_dxf_has_each_storey_on_its_layer_in_metres_and_passes_the_audit(plan, t
         assert drawn == [((*face.start, 0.0), (*face.end, 0.0)) for face in storey.wall_faces]
     assert drawing.layers.get("A-WALL-S0").is_on()
     assert ("CRS", "EPSG:25832") in drawing.header.custom_vars.properties
-
-
-def test_svg_is_to_scale_and_its_description_leads_back_to_the_world(plan, tmp_path):
-    lower, upper = export(plan, tmp_path / "plan.svg", scale=50)
-    assert [lower.name, upper.name] == ["plan_s0.svg", "plan_s1.svg"]
-    root = ET.parse(lower).getroot()
-    width, height = (float(root.attrib[key].removesuffix("mm")) for key in ("width", "height"))
-    assert root.attrib["viewBox"] == f"0 0 {width:g} {height:g}"
-    lines = root.findall(f"{SVG}g[@id='A-WALL-S0']/{SVG}line")
-    first = {key: float(lines[0].attrib[key]) for key in ("x1", "y1", "x2", "y2")}
-    assert first["x2"] - first["x1"] == pytest.approx(8.0 * 20)  # 1:50 is 20 mm to the metre
-    assert all(0 <= value <= width for value in first.values())
-    # x = x0 + scale (u - margin): the formula that the file gives
-    x0, per_unit, margin = re.search(r"x = (\S+) \+ (\S+) \(u - (\S+)\)", root.findtext(f"{SVG}desc")).groups()
-    assert float(x0) + float(per_unit) * (first["x1"] - float(margin)) == plan.wall_faces[0].start[0]
-
-
-def test_svg_of_two_storeys_lie_over_each_other(plan, tmp_path):
-    lower, upper = (ET.parse(path).getroot() for path in export(plan, tmp_path / "plan.svg"))
-    assert lower.attrib["viewBox"] == upper.attrib["viewBox"]
-
-
-@pytest.mark.parametrize("scale", [0, -1, float("nan")])
-def test_svg_refuses_a_scale_that_is_none(scale, one_storey, tmp_path):
-    with pytest.raises(ParameterError, match="scale is"):
-        export(one_storey, tmp_path / "plan.svg", scale=scale)
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_png_shows_the_faces_where_they_are(one_storey, tmp_path):

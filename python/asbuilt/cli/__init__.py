@@ -26,6 +26,8 @@ from typing import Annotated, NoReturn
 import typer
 
 from asbuilt.cli.evaluate import evaluate_command
+from asbuilt.cli.evidence import evidence_command, merge_command
+from asbuilt.cli.export import export_command
 from asbuilt.cli.info import info_command
 from asbuilt.cli.plan import plan_command
 from asbuilt.errors import AsBuiltError
@@ -38,6 +40,9 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 app.command("plan", no_args_is_help=True)(plan_command)
+app.command("export", no_args_is_help=True)(export_command)
+app.command("evidence", no_args_is_help=True)(evidence_command)
+app.command("merge", no_args_is_help=True)(merge_command)
 app.command("info", no_args_is_help=True)(info_command)
 app.command("evaluate", no_args_is_help=True)(evaluate_command)
 
@@ -59,6 +64,8 @@ def _asbuilt(
     """As-built floor plans from registered laser scans.
 
     asbuilt plan scans/*.e57 -o school.dxf
+
+    asbuilt export school.geojson -o school.pdf --scale 1:100 --sheet A1
 
     asbuilt info scans/
 

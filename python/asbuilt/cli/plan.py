@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
+from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, write_outputs
 from asbuilt.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -26,16 +27,7 @@ def _method(metavar: str, text: str, *names: str) -> Any:
 
 def plan_command(
     inputs: Inputs,
-    output: Annotated[
-        list[Path],
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="OUT",
-            help="File to write; its suffix chooses the format: .geojson .dxf .svg .png. May be given several times.",
-            show_default=False,
-        ),
-    ],
+    output: Outputs,
     preset: Annotated[
         str, typer.Option(metavar="default|paper", help="All parameters at once; paper is the paper's best setting.")
     ] = "default",
@@ -55,6 +47,11 @@ def plan_command(
     ] = None,
     skip_bad: SkipBad = False,
     threads: Threads = None,
+    scale: Scale = None,
+    sheet: SheetName = None,
+    north: North = None,
+    date: Date = None,
+    title: Title = None,
     voxel: Annotated[float | None, _method("METRES", "Side of an evidence voxel (3.1).")] = None,
     sigmas: Annotated[float | None, _method("K", "Keep cells above mean + k sigma (3.3).", "--sigmas", "-k")] = None,
     hough: Annotated[str | None, _method("incremental|batch", "Lines one at a time or all at once (5.2).")] = None,
@@ -87,6 +84,10 @@ def plan_command(
 
         asbuilt plan house.ply --unit mm --up y --storey 1 -o upstairs.svg
 
+    A drawing to scale, a page a storey, with a title block:
+
+        asbuilt plan house.e57 -o house.pdf --scale 1:50 --sheet A2 --north 12.5
+
     Exactly as in the paper, and with one thing changed:
 
         asbuilt plan school.laz --preset paper -o plan.geojson
@@ -95,10 +96,13 @@ def plan_command(
 
     Exit codes: 0 done, 1 nothing found (the files are written), 2 error, 3 done but --skip-bad left files out.
     """
-    from asbuilt.export import check_output, export
+    from asbuilt.export import check_output
+    from asbuilt.export.sheet import SheetOptions
 
     for path in output:
         check_output(path)
+    options: dict[str, Any] = {"scale": scale, "sheet": sheet, "north": north, "date": date, "title": title}
+    SheetOptions(**options)
     if band is not None and cross_sections is None:
         cross_sections = "band"
     changes: dict[str, dict[str, Any]] = {
@@ -128,7 +132,7 @@ def plan_command(
         )
     with progress_bar("finding storeys and walls"):
         plan = asbuilt.extract_floor_plan(evidence, parameters, storey=storey, crs=crs)
-    written = [path for target in output for path in export(plan, target, evidence)]
+    written = write_outputs(plan, output, evidence, options)
 
     _print_summary(plan, evidence.points, len(evidence.inputs), written)
     for note in plan.notes:

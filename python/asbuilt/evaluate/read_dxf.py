@@ -2,6 +2,8 @@
 
 The drawing's unit is $INSUNITS (none: metres). A layer named ...-S0, ...-S1 holds the storey of that number; any
 other layer, storey 0. A storey's floor height is known only where the drawing's properties tell it, as ours do.
+Layers that by the US National CAD Standard hold no faces, such as A-WALL-CNTR (centrelines), are left out, and so is
+our A-WALL-UNSN (sides that no scan saw), unless the pattern names them.
 """
 
 from __future__ import annotations
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
 SAGITTA = 0.002
 _STOREY_SUFFIX = re.compile(r"-S(\d+)$", re.IGNORECASE)
 _FLOOR_PROPERTY = re.compile(r"floor (-?\d+(?:\.\d+)?) m")
+_NOT_FACES = re.compile(r"-(CNTR|PATT|UNSN|IDEN|DIMS|TEXT|NPLT)\b", re.IGNORECASE)
 _CURVES = frozenset({"ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
 
 
@@ -84,14 +87,24 @@ def _faces(entity: Any, metre: float) -> Iterator[Face]:
     curved = entity.dxftype() in _CURVES
     vertices = entity.flattening(SAGITTA / metre) if curved else (entity.dxf.start, entity.dxf.end)
     points = [(point.x * metre, point.y * metre) for point in vertices]
-    curve = f"{entity.dxf.handle or id(entity)}" if curved else None
+    curve = f"{entity.dxf.handle or id(entity)}" if curved else _curve_told(entity)
     for (x1, y1), (x2, y2) in itertools.pairwise(points):
         if (x1, y1) != (x2, y2):
             yield Face((x1, y1, x2, y2), curve=curve)
 
 
+def _curve_told(entity: Any) -> str | None:
+    """The curved wall that a line says it is a chord of, in the extended data that our own DXF has."""
+    if not entity.has_xdata("ASBUILT"):
+        return None
+    told = (text.partition("=") for _, text in entity.get_xdata("ASBUILT"))
+    return next((value for name, _, value in told if name == "curve"), None)
+
+
 def _matches(name: str, pattern: str) -> bool:
-    return fnmatch.fnmatchcase(name.upper(), pattern.upper())
+    named = set(_NOT_FACES.findall(pattern.upper()))
+    other = any(part not in named for part in _NOT_FACES.findall(name.upper()))
+    return not other and fnmatch.fnmatchcase(name.upper(), pattern.upper())
 
 
 def _storey_of(layer: str) -> int:

@@ -56,6 +56,7 @@ _FORMATS = {
         "Scan-to-BIM challenge, floor plan, one file a storey", "asbuilt.export.challenge_2d", per_storey=True
     ),
     ".3d.json": _Format("Scan-to-BIM challenge, building model", "asbuilt.export.challenge_3d"),
+    ".html": _Format("report: plan, schedules, registration, in one file", "asbuilt.report.html"),
     ".png": _Format("picture over the density of the points, one file a storey", "asbuilt.export.png", per_storey=True),
 }
 

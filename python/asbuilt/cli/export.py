@@ -1,0 +1,49 @@
+"""``asbuilt export``: a saved plan in, other formats out; no scan is read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from asbuilt.cli.options import say
+from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, write_outputs
+
+
+def export_command(
+    plan: Annotated[
+        Path, typer.Argument(metavar="PLAN", help="A .geojson that asbuilt plan wrote.", show_default=False)
+    ],
+    output: Outputs,
+    scale: Scale = None,
+    sheet: SheetName = None,
+    north: North = None,
+    date: Date = None,
+    title: Title = None,
+) -> None:
+    """Write a saved plan in other formats, without reading the scans again.
+
+    A drawing to scale, a page a storey:
+
+        asbuilt export plan.geojson -o plan.pdf --scale 1:50 --sheet A1 --date 2026-11-22
+
+    For CAD and for the screen:
+
+        asbuilt export plan.geojson -o plan.dxf -o plan.svg --north 12.5
+
+    Pictures of the points' density need the scans: asbuilt plan draws them.
+    """
+    from asbuilt.export import check_output
+    from asbuilt.export.sheet import SheetOptions
+    from asbuilt.plan import load_plan
+
+    for path in output:
+        check_output(path)
+    options: dict[str, Any] = {"scale": scale, "sheet": sheet, "north": north, "date": date, "title": title}
+    SheetOptions(**options)  # what is wrong with them is told before anything is written
+    loaded = load_plan(plan)
+    for path in write_outputs(loaded, output, None, options):
+        print(f"wrote {path}")
+    if any(path.suffix.lower() == ".png" for path in output):
+        say("asbuilt: note: the .png has no density picture, which needs the scans: asbuilt plan draws it")

@@ -1,0 +1,243 @@
+"""Chains of dimensions along the outer walls, as on a surveyor's plan.
+
+All outer walls that look the same way share chains, outside of the building: jambs of openings nearest to it, then
+wall faces, then the whole. Only what was seen is dimensioned: the ends of wall faces, hence clear widths and measured
+thicknesses; the outside of a wall that was scanned from inside alone is in no chain. A plan that has faces but no
+walls gets its width and depth.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from shapely import Polygon
+from shapely.geometry.base import BaseGeometry
+
+from asbuilt.export import marks
+from asbuilt.export.marks import DIMENSION_TEXT, Dimension, text_width
+from asbuilt.export.symbols import polygons
+from asbuilt.plan import Point, Storey, Wall, WallFace
+
+_FIRST = 9.0
+"""From the building to the first chain, and from each chain to the next, mm of paper."""
+_STEP = 7.0
+RAISED = 1.3
+"""By how much a number is raised, in heights of text."""
+_SAME = 0.02
+"""Stations nearer to each other are one, m."""
+_GAP = 0.3
+"""Gaps between what stands on the ground are closed up to twice this, m."""
+_PARALLEL = math.radians(1.0)
+_UPSIDE_DOWN = math.radians(100.0)
+"""Numbers are turned up to this far: those of a house a little off the axes all read from the right."""
+_SHORTEST = 1.0
+"""Shorter outer walls have no chains of their own, m."""
+
+
+@dataclass
+class _Side:
+    """Outer walls that look along `outward`, and the range along them, m."""
+
+    outward: Point
+    walls: list[Wall]
+    low: float
+    high: float
+
+    @property
+    def along(self) -> Point:
+        """Unit vector along the walls."""
+        return self.outward[1], -self.outward[0]
+
+
+def dimensions(storey: Storey, metre: float) -> Iterator[Dimension]:
+    """The dimensions of a storey, on paper where a metre takes `metre` mm; none where it has no wall faces."""
+    if not storey.wall_faces:
+        return
+    hull = _ground(storey)
+    if hull.is_empty or not storey.walls:
+        yield from _width_and_depth(storey.wall_faces, metre)
+        return
+    placed = hull.buffer(-2 * _SAME)
+    for side in _sides(storey.walls, hull):
+        first = base = _outermost(hull, side)
+        level = 0
+        for stations in _chains(storey, side):
+            levels = _levels(stations, metre)
+            base += ((_FIRST if base == first else _STEP) + RAISED * DIMENSION_TEXT * max(level, *levels)) / metre
+            level = max(levels)
+            strip = _strip(side, stations, base, metre)
+            if strip.intersects(placed):  # of another side, or a wing stands there
+                continue
+            placed = placed.union(strip)
+            for (start, end), raised in zip(itertools.pairwise(stations), levels, strict=True):
+                ends = _readable(_at(side, start, first), _at(side, end, first))
+                yield Dimension(*ends, _at(side, start, base), raised, layer=marks.DIMENSION)
+
+
+def _ground(storey: Storey) -> BaseGeometry:
+    """What the building stands on, without courtyards: wall bodies, rooms and outline, small gaps closed."""
+    rings = [*(wall.outline for wall in storey.walls), *(room.ring for room in storey.rooms), storey.outline or ()]
+    parts = shapely.union_all([shapely.make_valid(Polygon(ring)) for ring in rings if len(ring) > 2])
+    closed = parts.buffer(_GAP, join_style="mitre").buffer(-_GAP, join_style="mitre")
+    return shapely.union_all([Polygon(part.exterior) for part in polygons(closed)])
+
+
+def _sides(walls: Iterable[Wall], hull: BaseGeometry) -> list[_Side]:
+    """Outer walls sorted by where they look, those whose ranges overlap together; the longest side first."""
+    sides: list[_Side] = []
+    for wall in walls:
+        outward = _outward(wall, hull)
+        if outward is None:
+            continue
+        found = next((s.outward for s in sides if _cross(s.outward, outward) < math.sin(_PARALLEL)), outward)
+        side = _Side(found, [wall], 0.0, 0.0)
+        side.low, side.high = sorted(_dot(end, side.along) for end in (wall.start, wall.end))
+        for other in [s for s in sides if s.outward == found and s.low < side.high + 0.5 and side.low < s.high + 0.5]:
+            sides.remove(other)
+            side.walls = other.walls + side.walls
+            side.low, side.high = min(side.low, other.low), max(side.high, other.high)
+        sides.append(side)
+    return sorted(sides, key=lambda side: side.low - side.high)
+
+
+def _outward(wall: Wall, hull: BaseGeometry) -> Point | None:
+    """The unit normal of an outer wall that points away from the building; None for other walls, and curved ones."""
+    if wall.curve is not None or wall.length < _SHORTEST:
+        return None
+    nx, ny = -(wall.end[1] - wall.start[1]) / wall.length, (wall.end[0] - wall.start[0]) / wall.length
+    x, y = (wall.start[0] + wall.end[0]) / 2, (wall.start[1] + wall.end[1]) / 2
+    reach = wall.drawn_thickness / 2 + 0.1
+    for side in (1.0, -1.0):
+        if not hull.contains(shapely.Point(x + side * reach * nx, y + side * reach * ny)):
+            return side * nx, side * ny
+    return None
+
+
+def _chains(storey: Storey, side: _Side) -> Iterator[list[float]]:
+    """Stations of each chain of a side, ascending, m along the side: openings, faces, the whole."""
+    names = {wall.id for wall in side.walls}
+    face_ids = {face for wall in side.walls for face in wall.faces}
+    openings = [o for o in (*storey.doors, *storey.windows) if o.wall in names and o.wall]
+    jambs = _merged(_dot(end, side.along) for opening in openings for end in (opening.start, opening.end))
+    ends = [_dot(end, side.along) for f in storey.wall_faces if f.id in face_ids for end in (f.start, f.end)]
+    # faces stop at doors, which are in the chain of the openings
+    stations = _merged(end for end in ends if all(abs(end - jamb) > 2 * _SAME for jamb in jambs))
+    if len(stations) < 2:
+        return
+    whole = [stations[0], stations[-1]]
+    if jambs:
+        yield _merged([*whole, *jambs])
+    if len(stations) > 2:
+        yield stations
+    yield whole
+
+
+def _levels(stations: list[float], metre: float) -> list[int]:
+    """How far each number must be raised so that none runs into another or over the ticks of its own distance."""
+    ends: list[float] = []  # of what is written on each level so far, mm
+    levels = []
+    for start, end in itertools.pairwise(stations):
+        half = text_width(dimension_text(end - start), DIMENSION_TEXT) / 2 + 0.5
+        middle = (start + end) / 2 * metre
+        level = 0 if 2 * half <= (end - start) * metre else 1
+        while level < len(ends) and ends[level] > middle - half:
+            level += 1
+        ends += [-math.inf] * (level + 1 - len(ends))
+        ends[level] = middle + half
+        levels.append(level)
+    return levels
+
+
+def _readable(start: Point, end: Point) -> tuple[Point, Point]:
+    """The ends in the order in which text along them is read from below or from the right."""
+    angle = math.atan2(end[1] - start[1], end[0] - start[0])
+    return (start, end) if _UPSIDE_DOWN - math.pi < angle <= _UPSIDE_DOWN else (end, start)
+
+
+def dimension_line(dimension: Dimension) -> tuple[Point, Point]:
+    """Both ends of the line on which a dimension is written: its start and end, moved to run through its base."""
+    (x1, y1), (x2, y2), (xb, yb) = dimension.start, dimension.end, dimension.base
+    length = math.hypot(x2 - x1, y2 - y1)
+    nx, ny = -(y2 - y1) / length, (x2 - x1) / length
+    out = (xb - x1) * nx + (yb - y1) * ny
+    return (x1 + out * nx, y1 + out * ny), (x2 + out * nx, y2 + out * ny)
+
+
+def dimension_text(distance: float) -> str:
+    """A distance (m) as it is written: to the centimetre.
+
+    >>> dimension_text(3.954)
+    '3.95'
+    """
+    return f"{distance:.2f}"
+
+
+def _width_and_depth(faces: tuple[WallFace, ...], metre: float) -> Iterator[Dimension]:
+    """The extent of the faces along the direction most of them have, and across it: below and on the left."""
+    ends = np.array([(face.start, face.end) for face in faces])
+    angle = main_direction(ends)
+    turns = (angle, angle + math.pi / 2)
+    origin = ends[0, 0]
+    for turn, sign in zip(turns, (-1.0, 1.0), strict=True):
+        along, outward = np.array([math.cos(turn), math.sin(turn)]), np.array([-math.sin(turn), math.cos(turn)]) * sign
+        u, v = (ends - origin) @ along, (ends - origin) @ outward
+        if np.ptp(u) < _SAME:
+            continue
+        rows = (v.max(), v.max(), v.max() + _FIRST / metre)
+        points = [origin + u_ * along + v_ * outward for u_, v_ in zip((u.min(), u.max(), u.min()), rows, strict=True)]
+        start, end, base = ((float(x), float(y)) for x, y in points)
+        yield Dimension(*_readable(start, end), base, layer=marks.DIMENSION)
+
+
+def main_direction(ends: NDArray[np.float64]) -> float:
+    """The direction within 45 degrees of the x axis that most length lies along or across, rad, of ends (n, 2, 2)."""
+    vectors = ends[:, 1] - ends[:, 0]
+    length = np.hypot(*vectors.T)
+    angles = np.arctan2(vectors[:, 1], vectors[:, 0])
+    apart = np.angle(np.exp(4j * (angles[:, None] - angles))) / 4
+    best = int(np.argmax((np.abs(apart) < _PARALLEL) @ length))
+    return float(np.angle(np.exp(4j * angles[best])) / 4)
+
+
+def _outermost(hull: BaseGeometry, side: _Side) -> float:
+    """How far the building reaches outward beside a side, m along its normal."""
+    inside = shapely.transform(hull, lambda xy: np.stack([xy @ np.array(side.along), xy @ np.array(side.outward)], -1))
+    _, low, _, high = inside.bounds
+    beside = inside.intersection(shapely.box(side.low, low - 1, side.high, high + 1))
+    return float(beside.bounds[3]) if not beside.is_empty else high
+
+
+def _strip(side: _Side, stations: list[float], base: float, metre: float) -> Polygon:
+    """The paper that a chain takes, in metres."""
+    low, high = base - 2.0 / metre, base + 3.0 / metre
+    ends = stations[0] - 1.0 / metre, stations[-1] + 1.0 / metre
+    return Polygon([_at(side, u, v) for u, v in ((ends[0], low), (ends[1], low), (ends[1], high), (ends[0], high))])
+
+
+def _merged(stations: Iterable[float]) -> list[float]:
+    """Sorted, without those that are the same but for rounding."""
+    merged: list[float] = []
+    for station in sorted(stations):
+        if not merged or station - merged[-1] > _SAME:
+            merged.append(station)
+    return merged
+
+
+def _at(side: _Side, along: float, out: float) -> Point:
+    (ux, uy), (nx, ny) = side.along, side.outward
+    return along * ux + out * nx, along * uy + out * ny
+
+
+def _dot(a: Point, b: Point) -> float:
+    return a[0] * b[0] + a[1] * b[1]
+
+
+def _cross(a: Point, b: Point) -> float:
+    """How far from parallel two unit vectors are; 2 if they look away from each other."""
+    return abs(a[0] * b[1] - a[1] * b[0]) if _dot(a, b) > 0 else 2.0

@@ -1,0 +1,88 @@
+"""Where a room's number and area are written: inside the room, clear of what stands in it, turned if need be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import shapely
+from shapely import Point as ShapelyPoint
+from shapely import Polygon
+from shapely.affinity import rotate, translate
+from shapely.geometry.base import BaseGeometry
+
+from asbuilt.export import marks
+from asbuilt.export.marks import Tag, TagLine, tag_height, text_width
+from asbuilt.export.symbols import polygons
+from asbuilt.plan import Door, Room, Storey
+
+_SIZES = (1.0, 0.75, 0.55)
+"""Shares of the full height of text that are tried, largest first."""
+_CLEAR = 0.8
+"""Between a tag and what is around it, mm of paper."""
+
+
+def room_tags(storey: Storey, metre: float) -> Iterator[Tag]:
+    """A tag for each room, on paper where a metre takes `metre` mm; none for a storey without rooms."""
+    obstacles = shapely.union_all(
+        [Polygon(column.ring) for column in storey.columns]
+        + [Polygon(stair.ring) for stair in storey.stairs]
+        + [_swept(door) for door in storey.doors]
+    )
+    for room in storey.rooms:
+        shape = shapely.make_valid(Polygon(room.ring, room.holes))
+        yield _placed(room, shape, shape.difference(obstacles), metre)
+
+
+def room_lines(room: Room) -> tuple[TagLine, ...]:
+    """What a room's tag says at full size: its number, its area, and its clear height where that was seen."""
+    lines = [TagLine("NUMBER", room.number, 3.0)] if room.number else []
+    lines.append(TagLine("AREA", f"{room.area:.2f} m²", 2.2))
+    if room.height is not None:
+        lines.append(TagLine("HEIGHT", f"h {room.height:.2f} m", 1.8))
+    return tuple(lines)
+
+
+def _placed(room: Room, shape: BaseGeometry, free: BaseGeometry, metre: float) -> Tag:
+    """The largest tag that fits, level before turned, in free space before on top of something."""
+    lines = room_lines(room)
+    for size in _SIZES:
+        scaled = tuple(TagLine(line.name, line.text, round(size * line.height, 2)) for line in lines)
+        width = max(text_width(line.text, line.height, line is scaled[0]) for line in scaled) + 2 * _CLEAR
+        height = tag_height(scaled) + 2 * _CLEAR
+        for space in (free, shape):
+            for turn in (0.0, math.pi / 2):
+                at = _middle(space, width / metre, height / metre, turn)
+                if at is not None:
+                    return Tag((at.x, at.y), scaled, turn, layer=marks.ROOM_TAG, id=room.id)
+    point = shape.representative_point()
+    return Tag((point.x, point.y), scaled, layer=marks.ROOM_TAG, id=room.id)
+
+
+def _middle(space: BaseGeometry, width: float, height: float, turn: float) -> ShapelyPoint | None:
+    """Where the middle of a box of that size (m) can lie so that all of the box is in `space`; None if nowhere."""
+    across, up = (height, width) if turn else (width, height)
+    tried = [space.centroid]
+    tried += [shapely.maximum_inscribed_circle(part, tolerance=0.05).interpolate(0) for part in polygons(space)]
+    for part in polygons(space):
+        # where the box's middle may be if the room were convex: the room moved by half the box either way, in common
+        halves = ((-across / 2, -up / 2), (across / 2, -up / 2), (across / 2, up / 2), (-across / 2, up / 2))
+        common = shapely.intersection_all([part, *(translate(part, dx, dy) for dx, dy in halves)])
+        if not common.is_empty:
+            tried.append(common.representative_point())
+    for point in tried:
+        box = shapely.box(point.x - across / 2, point.y - up / 2, point.x + across / 2, point.y + up / 2)
+        if space.contains(box):
+            return point
+    return None
+
+
+def _swept(door: Door) -> BaseGeometry:
+    """The ground that a door's leaf sweeps."""
+    if door.hinge is None or door.swing is None or door.length == 0:
+        return Polygon()
+    hinge, other = (door.start, door.end) if door.hinge == "start" else (door.end, door.start)
+    counter_clockwise = (door.swing == "left") == (door.hinge == "start")
+    leaf = rotate(ShapelyPoint(other), 90 if counter_clockwise else -90, origin=hinge)
+    corner = (other[0] + leaf.x - hinge[0], other[1] + leaf.y - hinge[1])
+    return Polygon([hinge, other, corner, (leaf.x, leaf.y)])
