@@ -103,12 +103,13 @@ class IfcFile:
         self._names: Counter[tuple[str, str]] = Counter()
         self._material: Entity | None = None
         self._up = self.make("IfcDirection", (0.0, 0.0, 1.0))
+        self._zero = self.make("IfcAxis2Placement3D", self._point((0.0, 0.0, 0.0)))
         self.context = self.make(
             "IfcGeometricRepresentationContext",
             ContextType="Model",
             CoordinateSpaceDimension=3,
             Precision=_PRECISION,
-            WorldCoordinateSystem=self.make("IfcAxis2Placement3D", self._point((0.0, 0.0, 0.0))),
+            WorldCoordinateSystem=self._zero,
         )
         self._views = {
             name: self.make(
@@ -204,8 +205,7 @@ class IfcFile:
         return self.make("IfcPlane", self.make("IfcAxis2Placement3D", self._point(point), *axes))
 
     def _extruded(self, profile: Entity, height: float) -> Entity:
-        foot = self.make("IfcAxis2Placement3D", self._point((0.0, 0.0, 0.0)))
-        return self.make("IfcExtrudedAreaSolid", profile, foot, self._up, round(float(height), _DECIMALS))
+        return self.make("IfcExtrudedAreaSolid", profile, self._zero, self._up, round(float(height), _DECIMALS))
 
     def _polyline(self, points: Iterable[Point]) -> Entity:
         points = list(points)

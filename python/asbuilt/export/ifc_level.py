@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import shapely
 
 from asbuilt.export.ifc_file import Entity, Frame, IfcFile, Placed, Property
-from asbuilt.plan import Element, Point, Storey
+from asbuilt.plan import Element, Point, Storey, WallFace
 
 
 @dataclass
@@ -26,6 +27,11 @@ class Level:
     def floor(self) -> float:
         """Height of the floor in the plan's frame, m."""
         return self.storey.floor
+
+    @cached_property
+    def faces(self) -> dict[str, WallFace]:
+        """The storey's wall faces by their ids."""
+        return {face.id: face for face in self.storey.wall_faces if face.id}
 
     @property
     def height(self) -> float:

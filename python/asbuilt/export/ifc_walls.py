@@ -126,11 +126,10 @@ def _add_faces(level: Level) -> None:
 
 def _seen_side(level: Level, pieces: tuple[Wall, ...]) -> str | None:
     """LEFT or RIGHT of the axis, on which all of the wall's faces are; None where they are on both, or not known."""
-    faces = {face.id: face for face in level.storey.wall_faces if face.id}
     left = set()
     for piece in pieces:
         frame = Frame.between(piece.start, piece.end, 0.0)
-        for face in (faces[name] for name in piece.faces if name in faces):
+        for face in (level.faces[name] for name in piece.faces if name in level.faces):
             left.add(frame.local(face.start)[1] + frame.local(face.end)[1] > 0)
     return None if len(left) != 1 else "LEFT" if left.pop() else "RIGHT"
 
