@@ -204,6 +204,7 @@ class WallParameters:
         `drop` below its highest; both as metres of wall, about half as long where it is well seen.
     extend, trim : a face is drawn out to a corner by up to `extend`, and cut back to one by up to `trim`, m.
     min_length : shorter faces are not drawn, m.
+    unseen_thickness : thickness with which a wall is drawn of which one face was seen, m.
     """
 
     min_profile: float = 0.3
@@ -216,9 +217,11 @@ class WallParameters:
     extend: float = 2.0
     trim: float = 0.8
     min_length: float = 0.1
+    unseen_thickness: float = 0.1
 
     def __post_init__(self) -> None:
         _check_finite("walls", self)
+        _check(0 < self.unseen_thickness < 1, "walls.unseen_thickness", self.unseen_thickness, "a length in (0, 1) m")
         _check(0 < self.band < 0.2, "walls.band", self.band, "a length in (0, 0.2) m")
         for name in ("min_profile", "trace_gap", "bridge", "closing", "extend", "trim", "min_length"):
             _check(getattr(self, name) >= 0, f"walls.{name}", getattr(self, name), "a length of at least 0 m")

@@ -27,8 +27,10 @@ from asbuilt.plan import FloorPlan, Storey, WallFace
 from asbuilt.profiles import columns, storey_voxels
 from asbuilt.read import PathLike, PointCloud, read
 from asbuilt.refine import fit_to_cells, merge_collinear
+from asbuilt.rooms import find_outline, find_rooms, measure_rooms
 from asbuilt.storeys import Level, drop_strays, find_storeys
 from asbuilt.wall_lines import find_wall_lines
+from asbuilt.walls import find_walls
 
 Source: TypeAlias = Evidence | PointCloud | PathLike | Sequence[PathLike]
 
@@ -108,7 +110,18 @@ def _plan_by_profiles(
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
     wall_faces = measure_faces(faces, voxels, level.index)
-    return Storey(level.index, level.floor, level.ceiling, None, wall_faces, columns=standing)
+    rooms = measure_rooms(find_rooms(faces, voxels), voxels, level, evidence.scans)
+    walls = find_walls(wall_faces, (), level.index, parameters.walls.unseen_thickness)
+    return Storey(
+        level.index,
+        level.floor,
+        level.ceiling,
+        find_outline(rooms, walls),
+        wall_faces,
+        walls,
+        rooms=rooms,
+        columns=standing,
+    )
 
 
 def _plan_by_the_paper(evidence: Evidence, level: Level, parameters: Parameters, notes: list[str]) -> Storey:

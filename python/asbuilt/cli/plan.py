@@ -66,6 +66,9 @@ def plan_command(
     ] = None,
     slices: Annotated[int | None, _method("N", "How many slices that hold least (5.3).")] = None,
     band: Annotated[tuple[float, float] | None, _method("LOW HIGH", "The band, metres above the floor (5.3).")] = None,
+    unseen_thickness: Annotated[
+        float | None, _method("METRES", "Draw a wall of which one side was seen this thick (not in the paper).")
+    ] = None,
     settings: Annotated[
         list[str] | None, _method("STAGE.NAME=VALUE", "Any other parameter, such as lines.rho_step=0.5.", "--set")
     ] = None,
@@ -116,6 +119,7 @@ def plan_command(
             "max_lines": max_lines,
         },
         "orientation": {"snap": None if snap_deg is None else math.radians(snap_deg)},
+        "walls": {"unseen_thickness": unseen_thickness},
     }
     for setting in settings or ():
         stage, name, value = _split_setting(setting)

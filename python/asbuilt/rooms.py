@@ -1,0 +1,346 @@
+"""Rooms: what the wall faces enclose (not in the paper, which names it future work).
+
+The faces and their continuations divide the ground into cells. A cell is part of a room where faces look into it and
+floor or ceiling was seen; cells join where nothing under the ceiling stands between them. So a face that is hidden in
+part still closes its room, a door does not join two rooms, and a beam does not divide one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from asbuilt import _core
+from asbuilt.elevations import BoolArray, ceiling_heights
+from asbuilt.faces import Face
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.plan import Point, Room, Wall
+from asbuilt.profiles import StoreyVoxels
+from asbuilt.storeys import Level
+
+Scan: TypeAlias = tuple[str, tuple[float, float, float] | None, int]
+
+_REACH = 6.0
+"""A face goes on beyond its free ends by up to this, m."""
+_DOOR = 2.8
+"""What is open over more than this is one room, even under a beam, m."""
+_SAME_PLANE = 0.05
+"""Faces that go on from one another lie this near to one line, m."""
+_UPPER = (0.45, 0.1)
+"""What parts rooms shows from and to this far below the ceiling, m."""
+_LOWER = (0.3, 1.9)
+"""Heights at which a beam leaves the way open, m."""
+_PARTED = 0.45
+"""Share of an edge over which that shows from which it parts two rooms."""
+_MIN_AREA = 0.8
+"""Smaller ones are no rooms, m2."""
+_MIN_WIDTH = 0.4
+"""Neither are narrower ones, m."""
+_ROW = 3.0
+"""Rooms whose middles differ less in y are numbered from west to east, m."""
+_FLOOR = 0.15
+"""A room's floor lies this near to its storey's, m."""
+_HEADROOM = 1.7
+"""Its ceiling is higher than this over it, m."""
+_LEVEL = 0.01
+"""Step in which heights of floors and ceilings are counted, m."""
+_MIN_VOXELS = 20
+"""A floor or ceiling of fewer voxels was not seen."""
+_SAME = 1e-4
+"""What lies this near is the same, m."""
+_CELL = 0.1
+"""Cells in which floor and ceiling are looked for, m."""
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Edges (n, 4) between cells: which faces they lie on, and the cells on their left and right (-1: none)."""
+
+    ends: FloatArray
+    left: IntArray
+    right: IntArray
+    facing: IntArray
+    """+1 where a face looks to the left, -1 to the right, 0 where no face lies."""
+
+    @property
+    def length(self) -> FloatArray:
+        length: FloatArray = np.hypot(*(self.ends[:, 2:] - self.ends[:, :2]).T)
+        return length
+
+
+def find_rooms(faces: list[Face], voxels: StoreyVoxels) -> list[shapely.Polygon]:
+    """Polygons of the rooms that wall faces enclose, m from the storey's origin; largest first.
+
+    None where there are no faces.
+    """
+    if not faces:
+        return []
+    segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
+    lines = np.concatenate([segments, _continuations(segments)])
+    cells = shapely.get_parts(shapely.polygonize([shapely.union_all(shapely.linestrings(lines.reshape(-1, 2, 2)))]))
+    if len(cells) == 0:
+        return []
+    cells = shapely.normalize(cells)
+    edges = _edges(cells, segments)
+    seen = _share_seen(cells, voxels)
+    inside, outside = np.zeros(len(cells)), np.zeros(len(cells))
+    for cell, sign in ((edges.left, 1), (edges.right, -1)):
+        for facing, total in ((sign, inside), (-sign, outside)):
+            chosen = (cell >= 0) & (edges.facing == facing)
+            np.add.at(total, cell[chosen], edges.length[chosen])
+    # The body of a wall lies behind its faces.
+    indoor = (inside >= outside) & (seen > 0.3)
+    between = (edges.left >= 0) & (edges.right >= 0) & (edges.facing == 0)
+    between[between] &= indoor[edges.left[between]] & indoor[edges.right[between]]
+    open_edges = np.flatnonzero(between)
+    width = _width(edges.ends[open_edges], lines[len(segments) :])
+    open_edges = open_edges[~_parts(edges.ends[open_edges], width, voxels)]
+    rooms = []
+    for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
+        if not indoor[group].all():
+            continue
+        room = shapely.union_all(cells[group])
+        room = _largest(room.buffer(-_MIN_WIDTH / 2, join_style="mitre").buffer(_MIN_WIDTH / 2, join_style="mitre"))
+        faced = inside[group].sum() / max(room.length, 1e-9)
+        if room.area >= _MIN_AREA and faced > 0.3:
+            rooms.append(room.simplify(0.002))
+    return sorted(rooms, key=lambda room: -room.area)
+
+
+def measure_rooms(
+    polygons: list[shapely.Polygon], voxels: StoreyVoxels, level: Level, scans: Sequence[Scan]
+) -> tuple[Room, ...]:
+    """Rooms as they stand in the plan, in the input's frame, with their own floor and ceiling and the scans in them.
+
+    They are numbered from north to south, and from west to east, after the storey: 001, 002... on the lowest.
+    """
+    order = sorted(polygons, key=lambda p: (-round(p.centroid.y / _ROW), p.centroid.x))
+    digits = max(2, len(str(len(order))))
+    rooms = []
+    for number, polygon in enumerate(order, start=1):
+        x0, y0, x1, y1 = polygon.bounds
+        near = np.flatnonzero(
+            (voxels.xy[:, 0] > x0) & (voxels.xy[:, 0] < x1) & (voxels.xy[:, 1] > y0) & (voxels.xy[:, 1] < y1)
+        )
+        # Half a cell from the walls, whose own voxels are no floor.
+        inner = polygon.buffer(-_CELL / 2)
+        shapely.prepare(inner)
+        z = voxels.z[near]
+        near = near[(np.abs(z) < _FLOOR) | (z > _HEADROOM)]
+        near = near[shapely.contains_xy(inner, voxels.xy[near])]
+        floor = _level_of(voxels.z[near][np.abs(voxels.z[near]) < _FLOOR])
+        ceiling = _ceiling_of(voxels.xy[near], voxels.z[near])
+        here = tuple(
+            key
+            for key, position, _ in scans
+            if position is not None
+            and level.floor - 0.5 < position[2] < level.ceiling + 0.5
+            and polygon.contains(shapely.Point(np.subtract(position[:2], voxels.origin)))
+        )
+        shell, *holes = (
+            tuple((float(x), float(y)) for x, y in voxels.origin + shapely.get_coordinates(ring)[:-1])
+            for ring in (polygon.exterior, *polygon.interiors)
+        )
+        rooms.append(
+            Room(
+                shell[::-1] if not polygon.exterior.is_ccw else shell,
+                tuple(holes),
+                f"{level.index}{number:0{digits}d}",
+                None if floor is None else level.floor + floor,
+                None if ceiling is None else level.floor + ceiling,
+                here,
+                id=f"S{level.index}-R{number}",
+                voxels=len(near),
+            )
+        )
+    return tuple(rooms)
+
+
+def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, ...] | None:
+    """Outer ring of a storey, about its rooms and the bodies of its walls; None where there are neither."""
+    shapes = [shapely.Polygon(room.ring) for room in rooms]
+    shapes += [shapely.Polygon(wall.outline) for wall in walls if len(wall.outline) > 2]
+    if not shapes:
+        return None
+    joined = shapely.union_all(shapely.make_valid(np.array(shapes)))
+    whole = _largest(joined.buffer(_MIN_WIDTH, join_style="mitre").buffer(-_MIN_WIDTH, join_style="mitre"))
+    if whole.is_empty:
+        return None
+    ring = shapely.Polygon(whole.exterior).simplify(0.01).exterior
+    points = tuple((float(x), float(y)) for x, y in list(ring.coords)[:-1])
+    return points if ring.is_ccw else points[::-1]
+
+
+def _level_of(z: FloatArray) -> float | None:
+    """Height at which most of a horizontal surface's voxels lie, m; None for too few."""
+    if len(z) < _MIN_VOXELS:
+        return None
+    steps = np.round(z / _LEVEL).astype(np.int64)
+    counts = np.bincount(steps - steps.min())
+    most = (int(np.argmax(np.convolve(counts, np.ones(3), "same"))) + int(steps.min())) * _LEVEL
+    return float(z[np.abs(z - most) <= 1.5 * _LEVEL].mean())
+
+
+def _ceiling_of(xy: FloatArray, z: FloatArray) -> float | None:
+    """Height of the ceiling over a room, m above its storey's floor: where most of the highest voxels lie."""
+    high = z > _HEADROOM
+    cells, cell = np.unique(np.floor(xy[high] / _CELL).astype(np.int64), axis=0, return_inverse=True)
+    top = np.full(len(cells), -np.inf)
+    np.maximum.at(top, cell.ravel(), z[high])
+    return _level_of(top)
+
+
+def _continuations(segments: FloatArray) -> FloatArray:
+    """Where faces (n, 4) go on beyond their ends (m, 4): to the next face of the same plane, else to what stands ahead.
+
+    An end from which neither is near is linked to the nearest start from which a room could go on.
+    """
+    count = len(segments)
+    tips = np.concatenate([segments[:, 2:], segments[:, :2]])
+    along = segments[:, 2:] - segments[:, :2]
+    along /= np.maximum(np.hypot(*along.T), 1e-12)[:, None]
+    ways = np.concatenate([along, -along])
+    own = np.tile(np.arange(count), 2)
+    faces = shapely.STRtree(shapely.linestrings(segments.reshape(-1, 2, 2)))
+    free = np.ones(len(tips), dtype=np.bool_)
+    tip, other = faces.query(shapely.points(tips), predicate="dwithin", distance=1e-3)
+    free[tip[own[tip] != other]] = False  # another face starts or passes here
+
+    apart = tips[None] - tips[:, None]
+    far = np.hypot(apart[..., 0], apart[..., 1])
+    ahead = (apart * ways[:, None]).sum(axis=2)
+    aside = apart[..., 1] * ways[:, None, 0] - apart[..., 0] * ways[:, None, 1]
+    facing = ways @ ways.T < -0.999
+    same = facing & (np.abs(aside) < _SAME_PLANE) & (ahead > 1e-3) & (ahead < _REACH)
+    tip = np.flatnonzero(same.any(axis=1))
+    following = np.argmin(np.where(same, ahead, np.inf), axis=1)[tip]
+    closing = np.hstack([tips[tip], tips[following]])
+    closing = closing[~_crossed(closing, faces)]
+
+    tree = shapely.STRtree(shapely.linestrings(np.concatenate([segments, closing]).reshape(-1, 2, 2)))
+    closed = np.zeros(len(tips), dtype=np.bool_)
+    at_closing, _ = shapely.STRtree(shapely.points(closing.reshape(-1, 2))).query(
+        shapely.points(tips), predicate="dwithin", distance=1e-6
+    )
+    closed[at_closing] = True
+    rest = np.flatnonzero(free & ~closed)
+    rays = shapely.linestrings(np.stack([tips[rest] + 1e-6 * ways[rest], tips[rest] + _REACH * ways[rest]], axis=1))
+    ray, other = tree.query(rays, predicate="intersects")
+    kept = own[rest[ray]] != other
+    ray, other = ray[kept], other[kept]
+    hit = np.full(len(rest), np.inf)
+    np.minimum.at(
+        hit,
+        ray,
+        shapely.distance(shapely.points(tips[rest[ray]]), shapely.intersection(rays[ray], tree.geometries[other])),
+    )
+    reached = np.isfinite(hit)
+    onward = np.hstack([tips[rest], tips[rest] + (hit[:, None] + 1e-3) * ways[rest]])[reached]
+
+    # The room stays on the left: no link turns back.
+    turns = (apart * ways[:, None]).sum(axis=2) > -0.2 * far
+    turns &= turns.T
+    links = turns & (far > 1e-3) & (far < _DOOR) & free[:, None] & free[None, :]
+    links[count:] = False
+    links[:, :count] = False
+    first, second = np.nonzero(links)
+    link = np.hstack([tips[first], tips[second]])
+    return np.concatenate([closing, onward, link[~_crossed(link, faces)]])
+
+
+def _crossed(links: FloatArray, faces: shapely.STRtree) -> BoolArray:
+    """Whether links (n, 4) cross a face other than at their own ends (n,)."""
+    shift = 2e-3 * (links[:, 2:] - links[:, :2])
+    inner = np.hstack([links[:, :2] + shift, links[:, 2:] - shift]).reshape(-1, 2, 2)
+    crossed = np.zeros(len(links), dtype=np.bool_)
+    crossed[faces.query(shapely.linestrings(inner), predicate="intersects")[0]] = True
+    return crossed
+
+
+def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
+    """The edges between cells, which run clockwise (as `shapely.normalize` leaves them)."""
+    rings, cell_of = shapely.get_rings(cells, return_index=True)
+    points, ring = shapely.get_coordinates(rings, return_index=True)
+    same = ring[1:] == ring[:-1]
+    cell = cell_of[ring[1:][same]]
+    keys = np.round(np.stack([points[:-1][same], points[1:][same]], axis=1), 7)
+    x, y = keys[:, :, 0], keys[:, :, 1]
+    flip = (x[:, 0] > x[:, 1]) | ((x[:, 0] == x[:, 1]) & (y[:, 0] > y[:, 1]))
+    keys[flip] = keys[flip][:, ::-1]
+    ends, row = np.unique(keys.reshape(-1, 4), axis=0, return_inverse=True)
+    left, right = np.full(len(ends), -1), np.full(len(ends), -1)
+    left[row[flip]] = cell[flip]
+    right[row[~flip]] = cell[~flip]
+    tree = shapely.STRtree(shapely.linestrings(segments.reshape(-1, 2, 2)))
+    middles = shapely.points((ends[:, :2] + ends[:, 2:]) / 2)
+    edge, face = tree.query(middles, predicate="dwithin", distance=_SAME)
+    facing = np.zeros(len(ends), dtype=np.int64)
+    way = ((ends[edge, 2:] - ends[edge, :2]) * (segments[face, 2:] - segments[face, :2])).sum(axis=1)
+    facing[edge] = np.sign(way).astype(np.int64)
+    return _Edges(ends, left, right, facing)
+
+
+def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
+    """Share of each cell over or under which floor or ceiling was seen (n,)."""
+    level = (np.abs(voxels.z) < 0.15) | (voxels.z > voxels.height - 0.6)
+    filled = np.unique(np.floor(voxels.xy[level] / _CELL).astype(np.int64), axis=0)
+    cell, _ = shapely.STRtree(shapely.points((filled + 0.5) * _CELL)).query(cells, predicate="contains")
+    share: FloatArray = np.bincount(cell, minlength=len(cells)) * _CELL**2 / shapely.area(cells)
+    return share
+
+
+def _width(ends: FloatArray, continuations: FloatArray) -> FloatArray:
+    """Length of the continuation (m, 4) that each edge (n, 4) is a piece of, m."""
+    tree = shapely.STRtree(shapely.linestrings(continuations.reshape(-1, 2, 2)))
+    edge, line = tree.query(shapely.points((ends[:, :2] + ends[:, 2:]) / 2), predicate="dwithin", distance=_SAME)
+    width = np.zeros(len(ends))
+    np.maximum.at(width, edge, np.hypot(*(continuations[line, 2:] - continuations[line, :2]).T))
+    return width
+
+
+def _parts(ends: FloatArray, width: FloatArray, voxels: StoreyVoxels) -> BoolArray:
+    """Whether something parts the cells on both sides of edges (n, 4), pieces of continuations of a `width` (n,), m.
+
+    It shows under the ceiling: as a wall, or as what stands over a door. Over a wide opening it is a beam.
+    """
+    if len(ends) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    length = np.maximum(np.hypot(*(ends[:, 2:] - ends[:, :2]).T), 1e-9)
+    along = (ends[:, 2:] - ends[:, :2]) / length[:, None]
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    middle = (ends[:, :2] + ends[:, 2:]) / 2
+    heights = np.stack([ceiling_heights(middle, along, sign * normal, voxels) for sign in (1, -1)])
+    ceiling = np.where(np.isfinite(heights), heights, voxels.height).min(axis=0)
+    edge, voxel, place, _ = _core.strips(voxels.xy, ends, 0.06, 0.0)
+    z = voxels.z[voxel]
+    counts = np.ceil(length / voxels.voxel).astype(np.int64)
+    first = np.concatenate([[0], np.cumsum(counts)])
+    at = first[edge] + np.minimum((place / voxels.voxel).astype(np.int64), counts[edge] - 1)
+
+    def share(chosen: BoolArray) -> FloatArray:
+        filled = np.bincount(at[chosen], minlength=first[-1]) >= 2
+        shares: FloatArray = np.add.reduceat(filled.astype(np.float64), first[:-1]) / counts
+        return shares
+
+    above = share((z > ceiling[edge] - _UPPER[0]) & (z < ceiling[edge] - _UPPER[1]))
+    below = share((z > _LOWER[0]) & (z < _LOWER[1]))
+    return (above > _PARTED) & ((width < _DOOR) | (below > _PARTED))
+
+
+def _groups(count: int, first: IntArray, second: IntArray) -> list[IntArray]:
+    from scipy.sparse import coo_array  # heavy: help and errors do not wait for it
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    number, label = connected_components(graph, directed=False)
+    return [np.flatnonzero(label == i) for i in range(number)]
+
+
+def _largest(shape: shapely.Geometry) -> shapely.Polygon:
+    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
+    return max(parts, key=lambda part: part.area, default=shapely.Polygon())

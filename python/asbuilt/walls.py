@@ -1,0 +1,375 @@
+"""Walls with a thickness: two faces that look away from each other with nothing between (not in the paper).
+
+A face looks to its left, so a wall's body lies on its right. Where another face looks the other way behind it, the two
+are one wall, and their distance is its thickness; where none was seen, the thickness is not known. Pieces of one wall
+are joined across its doors and across the walls that stand against it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from asbuilt.grid import FloatArray
+from asbuilt.plan import Opening, Wall, WallFace
+
+_THICKNESS = (0.03, 0.7)
+"""Thinnest and thickest wall, m."""
+_PARALLEL = np.cos(np.radians(3.0))
+"""Faces of one wall are turned less than this against each other; chords of a curved wall may be turned more."""
+_PARALLEL_CHORDS = np.cos(np.radians(12.0))
+_SAME_PLANE = 0.02
+"""Pieces of one wall have faces this near to one plane, m."""
+_CROSSING = 0.75
+"""A wall goes on behind one that stands against it, if that is no thicker, m."""
+_OPENING = 2.8
+"""A wall goes on over an opening in it up to this wide, m."""
+_MIN_OVERLAP = 0.1
+"""Faces that look away from each other over less are not of one wall, m."""
+_REACH = 0.5
+"""A wall meets another one that is this near to its end, m."""
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """A stretch of wall: where its faces lie across `along` (unit vector), and from where to where it goes, m.
+
+    `left` is the offset of the face that looks to the left, `right` of the other one; NaN where it was not seen.
+    """
+
+    along: FloatArray
+    low: float
+    high: float
+    left: float
+    right: float
+    faces: tuple[int, ...]
+    curve: int | None
+
+    @property
+    def normal(self) -> FloatArray:
+        return np.array([-self.along[1], self.along[0]])
+
+
+def find_walls(
+    faces: Sequence[WallFace], openings: Sequence[Opening], storey: int, unseen_thickness: float
+) -> tuple[Wall, ...]:
+    """The walls that faces belong to.
+
+    Parameters
+    ----------
+    faces : of one storey, in the input's frame.
+    openings : doors and other openings over which walls go on.
+    unseen_thickness : what a wall is drawn with of which one face was seen, m.
+
+    Returns
+    -------
+    Walls with ids S<storey>-W1...; their centrelines and bodies meet at junctions. None without faces.
+    """
+    if not faces:
+        return ()
+    segments = np.array([[*face.start, *face.end] for face in faces])
+    origin = segments.reshape(-1, 2).mean(axis=0)  # survey coordinates are large, products of them larger
+    segments = segments - np.tile(origin, 2)
+    holes = np.array([[*o.start, *o.end] for o in openings]).reshape(-1, 4) - np.tile(origin, 2)
+    pieces = _join(_pieces(segments, [face.curve for face in faces]), holes)
+    bodies = [_body(piece, unseen_thickness) for piece in pieces]
+    outlines, centrelines = _close_junctions(bodies)
+    walls = []
+    for number, (piece, body) in enumerate(zip(pieces, bodies, strict=True)):
+        start, end = (_point(point + origin) for point in centrelines[number])
+        outline = tuple(_point(corner + origin) for corner in outlines[number])
+        measured = bool(np.isfinite(piece.left) and np.isfinite(piece.right))
+        thickness = piece.left - piece.right if measured else None
+        names = tuple(faces[i].id for i in piece.faces)
+        name = f"S{storey}-W{number + 1}"
+        walls.append(
+            Wall(
+                start,
+                end,
+                thickness,
+                body.thickness,
+                names,
+                outline,
+                None,
+                piece.curve,
+                id=name,
+                **_support(faces, piece),
+            )
+        )
+    return tuple(walls)
+
+
+def attach(openings: Sequence[Opening], walls: Sequence[Wall]) -> tuple[Opening, ...]:
+    """Openings with the wall that each is in; where both its faces were seen, on the wall's centreline."""
+    return tuple(_attached(opening, walls) for opening in openings)
+
+
+def _attached(opening: Opening, walls: Sequence[Wall]) -> Opening:
+    ends = np.array([opening.start, opening.end])
+    best, best_distance = None, np.inf
+    for wall in walls:
+        along, length = _direction(wall)
+        place = (ends - wall.start) @ along
+        aside = (ends - wall.start) @ np.array([-along[1], along[0]])
+        apart = abs(float(aside.mean()))
+        turned = np.ptp(aside) > 0.1 * max(opening.length, 0.1)
+        beyond = max(-float(place.min()), float(place.max()) - length, 0.0)
+        if not turned and beyond < 0.3 and apart < wall.drawn_thickness / 2 + 0.15 and apart + beyond < best_distance:
+            best, best_distance = wall, apart + beyond
+    if best is None:
+        return opening
+    if best.thickness is None:
+        return replace(opening, wall=best.id)
+    along, _ = _direction(best)
+    start, end = (_point(np.array(best.start) + ((point - best.start) @ along) * along) for point in ends)
+    return replace(opening, start=start, end=end, wall=best.id)
+
+
+def _direction(wall: Wall) -> tuple[FloatArray, float]:
+    way = np.subtract(wall.end, wall.start)
+    length = max(float(np.hypot(*way)), 1e-9)
+    return way / length, length
+
+
+def _pieces(segments: FloatArray, curves: Sequence[int | None]) -> list[_Piece]:
+    """Each face's length by what stands behind it; a pair of faces makes one piece, not two."""
+    start, way = segments[:, :2], segments[:, 2:] - segments[:, :2]
+    length = np.maximum(np.hypot(*way.T), 1e-9)
+    along = way / length[:, None]
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    pieces = []
+    for i in range(len(segments)):
+        ends = segments.reshape(-1, 2, 2) - start[i]
+        place, aside = ends @ along[i], ends @ normal[i]
+        limit = _PARALLEL if curves[i] is None else _PARALLEL_CHORDS
+        behind = -aside.mean(axis=1)
+        partner = (along @ along[i] < -limit) & (behind > _THICKNESS[0]) & (behind < _THICKNESS[1])
+        low, high = np.maximum(place.min(axis=1), 0.0), np.minimum(place.max(axis=1), length[i])
+        partner &= high - low > _MIN_OVERLAP
+        rest = [(0.0, float(length[i]))]
+        for j in np.flatnonzero(partner)[np.argsort(behind[partner], kind="stable")]:
+            paired, rest = _split(rest, float(low[j]), float(high[j]))
+            for a, b in paired:
+                # Seen from j the same pair comes up again, if nothing stands between.
+                if b - a > _MIN_OVERLAP and (i < j or curves[i] is not None):
+                    offset = float(np.interp((a + b) / 2, *_ascending(place[j], aside[j])))
+                    pieces.append(_piece(segments, i, a, b, offset, (i, int(j)), curves[i]))
+        alone = [(a, b) for a, b in rest if b - a > (_MIN_OVERLAP if len(rest) == 1 and not partner.any() else 0.3)]
+        pieces += [_piece(segments, i, a, b, np.nan, (i,), curves[i]) for a, b in alone]
+    return pieces
+
+
+def _ascending(place: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+    order = np.argsort(place)
+    return place[order], value[order]
+
+
+def _split(
+    rest: list[tuple[float, float]], low: float, high: float
+) -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
+    """What of intervals lies within [low, high], and what remains."""
+    inside = [(max(a, low), min(b, high)) for a, b in rest if min(b, high) > max(a, low)]
+    outside = [(a, min(b, low)) for a, b in rest if a < low] + [(max(a, high), b) for a, b in rest if b > high]
+    return inside, sorted((a, b) for a, b in outside if b > a)
+
+
+def _piece(
+    segments: FloatArray, i: int, low: float, high: float, behind: float, faces: tuple[int, ...], curve: int | None
+) -> _Piece:
+    """A piece of face i from `low` to `high` along it, its other face at `behind` across it."""
+    way = segments[i, 2:] - segments[i, :2]
+    along = way / max(float(np.hypot(*way)), 1e-9)
+    normal = np.array([-along[1], along[0]])
+    from_origin = float(segments[i, :2] @ along)
+    left = float(segments[i, :2] @ normal)
+    return _Piece(along, from_origin + low, from_origin + high, left, left + behind, faces, curve)
+
+
+def _join(pieces: list[_Piece], holes: FloatArray) -> list[_Piece]:
+    """Join pieces of one wall that follow one another."""
+    joined: list[_Piece] = []
+    for piece in sorted(pieces, key=lambda p: (p.low - p.high, p.faces)):
+        while True:
+            i = next((i for i, other in enumerate(joined) if _follows(piece, other, holes)), None)
+            if i is None:
+                break
+            piece = _joined(joined.pop(i), piece)
+        joined.append(piece)
+    return sorted(joined, key=lambda p: p.faces)
+
+
+def _follows(one: _Piece, other: _Piece, holes: FloatArray) -> bool:
+    if one.curve is not None or other.curve is not None:
+        return False
+    middle = one.along * (one.low + one.high) / 2 + one.normal * np.nanmean([one.left, one.right])
+    other = _seen_along(other, one.along, middle)
+    if float(one.along @ other.along) < _PARALLEL:
+        return False
+    apart = [abs(a - b) for a, b in ((one.left, other.left), (one.right, other.right))]
+    if not (np.isnan(apart) | (np.array(apart) < _SAME_PLANE)).all() or np.isnan(apart).all():
+        return False
+    if np.isnan(apart).any() and np.isnan(one.left + one.right) != np.isnan(other.left + other.right):
+        # One was seen from both sides and the other was not: one wall if the other is but the end of it.
+        if min(one.high - one.low, other.high - other.low) > _CROSSING:
+            return False
+    elif np.isnan(apart).any() and np.isnan(one.left) != np.isnan(other.left):
+        return False
+    gap = max(one.low, other.low) - min(one.high, other.high)
+    return gap < _CROSSING or (gap < _OPENING and _bridged(one, other, holes))
+
+
+def _seen_along(piece: _Piece, along: FloatArray, about: FloatArray) -> _Piece:
+    """A piece as measured along a nearly equal or opposite direction, its faces where they are nearest to a point."""
+    sign = 1.0 if float(piece.along @ along) > 0 else -1.0
+    left, right = (piece.left, piece.right) if sign > 0 else (-piece.right, -piece.left)
+    low, high = (piece.low, piece.high) if sign > 0 else (-piece.high, -piece.low)
+    # The same planes, as they pass a point of the other piece.
+    turn = float(about @ np.array([-along[1], along[0]])) - sign * float(about @ piece.normal)
+    return replace(piece, along=sign * piece.along, left=left + turn, right=right + turn, low=low, high=high)
+
+
+def _joined(one: _Piece, other: _Piece) -> _Piece:
+    """Two pieces as one, along the longer."""
+    if other.high - other.low > one.high - one.low:
+        one, other = other, one
+    middle = one.along * (one.low + one.high) / 2 + one.normal * np.nanmean([one.left, one.right])
+    other = _seen_along(other, one.along, middle)
+    weights = np.array([one.high - one.low, other.high - other.low])
+    left, right = (
+        float(np.average(np.array(pair)[~np.isnan(pair)], weights=weights[~np.isnan(pair)]))
+        if not np.isnan(pair).all()
+        else np.nan
+        for pair in ((one.left, other.left), (one.right, other.right))
+    )
+    faces = tuple(sorted({*one.faces, *other.faces}))
+    return replace(
+        one, low=min(one.low, other.low), high=max(one.high, other.high), left=left, right=right, faces=faces
+    )
+
+
+def _bridged(one: _Piece, other: _Piece, holes: FloatArray) -> bool:
+    """Whether an opening lies in the gap between two pieces."""
+    low, high = min(one.high, other.high), max(one.low, other.low)
+    middles = (holes[:, :2] + holes[:, 2:]) / 2
+    place, aside = middles @ one.along, middles @ one.normal
+    near = np.abs(aside - np.nanmean([one.left, one.right])) < _THICKNESS[1] / 2 + 0.1
+    return bool((near & (place > low) & (place < high)).any())
+
+
+@dataclass(frozen=True)
+class _Body:
+    """A wall as a rectangle: its axis from start to end, (2,) each, and its thickness, m."""
+
+    start: FloatArray
+    end: FloatArray
+    thickness: float
+
+    @property
+    def along(self) -> FloatArray:
+        way = self.end - self.start
+        along: FloatArray = way / max(float(np.hypot(*way)), 1e-9)
+        return along
+
+    @property
+    def normal(self) -> FloatArray:
+        along = self.along
+        return np.array([-along[1], along[0]])
+
+
+def _body(piece: _Piece, unseen_thickness: float) -> _Body:
+    left = piece.left if np.isfinite(piece.left) else piece.right + unseen_thickness
+    right = piece.right if np.isfinite(piece.right) else piece.left - unseen_thickness
+    across = (left + right) / 2 * piece.normal
+    return _Body(piece.low * piece.along + across, piece.high * piece.along + across, left - right)
+
+
+def _close_junctions(bodies: list[_Body]) -> tuple[list[list[FloatArray]], list[tuple[FloatArray, FloatArray]]]:
+    """Outline (4 corners) and centreline of each wall, with its ends where it meets another one.
+
+    At an L both are mitred; at a T the wall ends on the other's face, its centreline on the other's centreline.
+    """
+    start = np.array([body.start for body in bodies])
+    end = np.array([body.end for body in bodies])
+    along = np.array([body.along for body in bodies])
+    half = np.array([body.thickness for body in bodies]) / 2
+    length = np.hypot(*(end - start).T)
+    outlines, centrelines = [], []
+    for i, body in enumerate(bodies):
+        corners, axis = [], []
+        for tip, outward in ((body.start, -body.along), (body.end, body.along)):
+            met = _met(i, tip, outward, start, along, half, length)
+            sides = [tip + sign * half[i] * body.normal for sign in (1, -1)]
+            if met is not None:
+                j, place, on_other = met
+                axis.append(tip + place * outward)
+                at_end = on_other < half[i] + _REACH / 2 or on_other > length[j] - half[i] - _REACH / 2
+                sides = _mitred(
+                    sides, outward, start[j], along[j], half[j], on_other > length[j] / 2 if at_end else None
+                )
+            else:
+                axis.append(tip)
+            corners.append(sides)
+        outlines.append([corners[0][1], corners[1][1], corners[1][0], corners[0][0]])
+        centrelines.append((axis[0], axis[1]))
+    return outlines, centrelines
+
+
+def _met(
+    i: int,
+    tip: FloatArray,
+    outward: FloatArray,
+    start: FloatArray,
+    along: FloatArray,
+    half: FloatArray,
+    length: FloatArray,
+) -> tuple[int, float, float] | None:
+    """The wall that wall i meets at a tip: its number, how far beyond the tip, and where on its centreline, m."""
+    cross = outward[0] * along[:, 1] - outward[1] * along[:, 0]
+    apart = start - tip
+    with np.errstate(divide="ignore", invalid="ignore"):
+        place = (apart[:, 0] * along[:, 1] - apart[:, 1] * along[:, 0]) / cross
+        on_other = (apart[:, 0] * outward[1] - apart[:, 1] * outward[0]) / cross
+    near = (np.abs(cross) > 0.1) & (place > -_REACH - half) & (place < _REACH + half)
+    near &= (on_other > -_REACH - half[i]) & (on_other < length + _REACH + half[i])
+    near[i] = False
+    if not near.any():
+        return None
+    j = int(np.flatnonzero(near)[np.argmin(np.abs(place[near]))])
+    return j, float(place[j]), float(on_other[j])
+
+
+def _mitred(
+    sides: list[FloatArray], outward: FloatArray, start: FloatArray, along: FloatArray, half: float, at_end: bool | None
+) -> list[FloatArray]:
+    """Corners of a wall's end, drawn out to the faces of another wall; `at_end` tells which of its ends, None a T."""
+    normal = np.array([-along[1], along[0]])
+    near = -np.sign(float(outward @ normal))  # the other's face that looks towards this wall
+    ends = []
+    for corner in sides:
+        side = near
+        if at_end is not None:
+            # On the inner side of the turn a face ends on the other's near face, on the outer side on its far one.
+            leaving = -along if at_end else along
+            middle = (sides[0] + sides[1]) / 2
+            side = near if float((corner - middle) @ leaving) > 0 else -near
+        reach = float((start + side * half * normal - corner) @ normal) / float(outward @ normal)
+        ends.append(corner + reach * outward)
+    return ends
+
+
+def _support(faces: Sequence[WallFace], piece: _Piece) -> dict[str, Any]:
+    """What was seen of a wall: its faces' figures together."""
+    own = [faces[i] for i in piece.faces]
+    length = np.array([max(face.length, 1e-9) for face in own])
+    return {
+        "seen": float(np.average([face.seen for face in own], weights=length)),
+        "rms": float(np.sqrt(np.average([face.rms**2 for face in own], weights=length))),
+        "voxels": sum(face.voxels for face in own),
+    }
+
+
+def _point(point: FloatArray) -> tuple[float, float]:
+    return float(point[0]), float(point[1])
