@@ -170,8 +170,8 @@ def test_dxf_rooms_are_closed_polylines_with_tags_of_attributes(dxf):
     tags = dxf.modelspace().query('INSERT[layer=="A-AREA-IDEN-S0"]')
     told = [{attribute.dxf.tag: attribute.dxf.text for attribute in tag.attribs} for tag in tags]
     assert told == [
-        {"NUMBER": "001", "AREA": "19.75 m²", "HEIGHT": "h 2.50 m"},
-        {"NUMBER": "002", "AREA": "19.75 m²", "HEIGHT": "h 2.40 m"},
+        {"NUMBER": "001", "AREA": "19.75 m2", "HEIGHT": "h 2.50 m"},
+        {"NUMBER": "002", "AREA": "19.75 m2", "HEIGHT": "h 2.40 m"},
     ]
     assert [attribute.dxf.height for attribute in tags[0].attribs] == pytest.approx([0.3, 0.22, 0.18])  # 3 mm at 1:100
 
@@ -211,6 +211,7 @@ def test_dxf_opens_on_the_plan_and_has_a_sheet_to_scale_for_each_storey(dxf):
     assert x0 < view.center[0] < x1
     assert y1 - y0 <= view.height <= 2 * (y1 - y0)
     assert dxf.layout_names_in_taborder() == ["Model", "Storey 0", "Storey 1"]
+    assert (dxf.header["$TILEMODE"], dxf.layouts.active_layout().name) == (0, "Storey 0")  # opens on the first sheet
     for index in (0, 1):
         sheet = dxf.layout(f"Storey {index}")
         assert (sheet.dxf.paper_width, sheet.dxf.paper_height) == (297, 210)
@@ -219,6 +220,19 @@ def test_dxf_opens_on_the_plan_and_has_a_sheet_to_scale_for_each_storey(dxf):
         frozen = set(viewport.frozen_layers)
         assert f"A-WALL-S{1 - index}" in frozen
         assert not any(name.endswith(f"-S{index}") for name in frozen)
+
+
+def test_dxf_is_read_by_gdal_as_qgis_reads_it(tmp_path):
+    import pyogrio.raw
+    from shapely import from_wkb
+
+    plan = complete_plan()
+    (path,) = export(plan, tmp_path / "plan.dxf")
+    meta, _, geometry, fields = pyogrio.raw.read(path)
+    layer, text = (fields[list(meta["fields"]).index(name)] for name in ("Layer", "Text"))
+    lines = [list(line.coords) for line in from_wkb(geometry[layer == "A-WALL-S1"])]
+    assert lines == [[(*face.start, 0.0), (*face.end, 0.0)] for face in plan.storeys[1].wall_faces]
+    assert set(text[layer == "A-AREA-IDEN-S1"]) == {"101", "102", "19.75 m2", "h 2.50 m", "h 2.40 m"}
 
 
 def test_dxf_title_block_tells_source_parameters_accuracy_and_the_date_that_was_given(tmp_path):

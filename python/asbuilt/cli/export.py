@@ -10,12 +10,23 @@ import typer
 from asbuilt.cli.options import say
 from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, write_outputs
 
+#: Formats that draw the points as well, where there is evidence of them.
+_SHOW_POINTS = (".png", ".html")
+
 
 def export_command(
     plan: Annotated[
         Path, typer.Argument(metavar="PLAN", help="A .geojson that asbuilt plan wrote.", show_default=False)
     ],
     output: Outputs,
+    evidence: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What the plan was made from, saved by asbuilt evidence, for outputs that show the points.",
+            show_default=False,
+        ),
+    ] = None,
     scale: Scale = None,
     sheet: SheetName = None,
     north: North = None,
@@ -32,8 +43,11 @@ def export_command(
 
         asbuilt export plan.geojson -o plan.dxf -o plan.svg --north 12.5
 
-    Pictures of the points' density need the scans: asbuilt plan draws them.
+    A picture over the points, from evidence that asbuilt evidence saved:
+
+        asbuilt export plan.geojson -o plan.png --evidence school.evidence
     """
+    from asbuilt.evidence import Evidence
     from asbuilt.export import check_output
     from asbuilt.export.sheet import SheetOptions
     from asbuilt.plan import load_plan
@@ -43,7 +57,9 @@ def export_command(
     options: dict[str, Any] = {"scale": scale, "sheet": sheet, "north": north, "date": date, "title": title}
     SheetOptions(**options)  # what is wrong with them is told before anything is written
     loaded = load_plan(plan)
-    for path in write_outputs(loaded, output, None, options):
+    points = None if evidence is None else Evidence.load(evidence)
+    for path in write_outputs(loaded, output, points, options):
         print(f"wrote {path}")
-    if any(path.suffix.lower() == ".png" for path in output):
-        say("asbuilt: note: the .png has no density picture, which needs the scans: asbuilt plan draws it")
+    blind = [path.name for path in output if path.suffix.lower() in _SHOW_POINTS]
+    if blind and points is None:
+        say(f"asbuilt: note: {', '.join(blind)} cannot show the scans' points: --evidence FILE has them")

@@ -54,6 +54,9 @@ def write(plan: FloorPlan, path: Path, evidence: Evidence | None = None, **optio
         for part in plan.storeys or (None,):
             _add_sheet(document, drawing, part)
         document.layouts.delete("Layout1")
+        document.layouts.set_active_layout(_sheet_name(next(iter(plan), None)))
+        if len(plan.storeys) > 1:
+            document.header["$TILEMODE"] = 0  # open on the first sheet: in the model storeys lie over each other
         _show_all(document, drawing)
         document.saveas(path)
 
@@ -76,7 +79,7 @@ def _set_header(document: DxfDocument, drawing: Drawing) -> None:
 def _add_sheet(document: DxfDocument, drawing: Drawing, storey: Storey | None) -> None:
     """A layout in mm with frame and title block, and a window to scale on the one storey."""
     sheet = drawing.sheet
-    layout = document.layouts.new("Sheet" if storey is None else f"Storey {storey.index}")
+    layout = document.layouts.new(_sheet_name(storey))
     layout.page_setup(size=(sheet.width, sheet.height), margins=(0, 0, 0, 0), units="mm", device="DWG to PDF.pc3")
     add_marks(layout, drawing.border(storey), 1.0)
     u0, v0, u1, v1 = sheet.drawing
@@ -94,6 +97,10 @@ def _add_sheet(document: DxfDocument, drawing: Drawing, storey: Storey | None) -
     whole = layout.reset_main_viewport(center=(sheet.width / 2, sheet.height / 2), size=(sheet.width, sheet.height))
     whole.dxf.layer = _VIEWPORT_LAYER
     layout.reset_extents((0, 0, 0), (sheet.width, sheet.height, 0))
+
+
+def _sheet_name(storey: Storey | None) -> str:
+    return "Sheet" if storey is None else f"Storey {storey.index}"
 
 
 def _show_all(document: DxfDocument, drawing: Drawing) -> None:

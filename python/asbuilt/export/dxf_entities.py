@@ -119,8 +119,13 @@ def _add_stroke(layout: BaseLayout, stroke: Stroke, attributes: dict[str, Any]) 
 
 def _add_text(layout: BaseLayout, text: Text, metre: float, attributes: dict[str, Any]) -> None:
     shape = {"height": text.height / metre, "rotation": math.degrees(text.rotation), "style": TEXT_STYLE}
-    added = layout.add_text(text.text, dxfattribs={**attributes, **shape})
+    added = layout.add_text(_plain(text.text), dxfattribs={**attributes, **shape})
     added.set_placement(text.at, align=_ALIGN[text.align])
+
+
+def _plain(text: str) -> str:
+    """Without the signs of ours that are not ASCII: GDAL, hence QGIS, reads the UTF-8 of a DXF by its code page."""
+    return text.replace("²", "2").replace("…", "...")
 
 
 def _add_tag(layout: BaseLayout, tag: Tag, metre: float, attributes: dict[str, Any]) -> None:
@@ -128,7 +133,7 @@ def _add_tag(layout: BaseLayout, tag: Tag, metre: float, attributes: dict[str, A
     insert = layout.add_blockref(_TAG_BLOCK, tag.at, dxfattribs={**attributes, **shape})
     for line, text in zip(tag.lines, tag.texts(metre), strict=True):
         own = {"height": text.height / metre, "rotation": math.degrees(text.rotation), "style": TEXT_STYLE}
-        attribute = insert.add_attrib(line.name, line.text, dxfattribs={**attributes, **own})
+        attribute = insert.add_attrib(line.name, _plain(line.text), dxfattribs={**attributes, **own})
         attribute.set_placement(text.at, align=TextEntityAlignment.CENTER)
 
 
