@@ -20,6 +20,7 @@ from asbuilt.gather import gather_evidence
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import ground_plane_histogram
 from asbuilt.lines import detect_lines
+from asbuilt.openings import find_openings
 from asbuilt.orientation import dominant_orientations, snap_to
 from asbuilt.params import Parameters
 from asbuilt.partitions import find_partitions
@@ -28,9 +29,10 @@ from asbuilt.profiles import columns, storey_voxels
 from asbuilt.read import PathLike, PointCloud, read
 from asbuilt.refine import fit_to_cells, merge_collinear
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
+from asbuilt.stairs import find_stairs
 from asbuilt.storeys import Level, drop_strays, find_storeys
 from asbuilt.wall_lines import find_wall_lines
-from asbuilt.walls import find_walls
+from asbuilt.walls import attach, find_walls
 
 Source: TypeAlias = Evidence | PointCloud | PathLike | Sequence[PathLike]
 
@@ -111,7 +113,8 @@ def _plan_by_profiles(
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
     wall_faces = measure_faces(faces, voxels, level.index)
     rooms = measure_rooms(find_rooms(faces, voxels), voxels, level, evidence.scans)
-    walls = find_walls(wall_faces, (), level.index, parameters.walls.unseen_thickness)
+    openings = find_openings(faces, elevations, scores, voxels, level.index)
+    walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)
     return Storey(
         level.index,
         level.floor,
@@ -119,8 +122,12 @@ def _plan_by_profiles(
         find_outline(rooms, walls),
         wall_faces,
         walls,
+        attach(openings.doors, walls),
+        attach(openings.windows, walls),
+        attach(openings.unknown, walls),
         rooms=rooms,
         columns=standing,
+        stairs=find_stairs(voxels, level.index),
     )
 
 

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from asbuilt.grid import FloatArray
 from asbuilt.plan import Opening, Wall, WallFace
+
+AnyOpening = TypeVar("AnyOpening", bound=Opening)
 
 _THICKNESS = (0.03, 0.7)
 """Thinnest and thickest wall, m."""
@@ -102,12 +104,12 @@ def find_walls(
     return tuple(walls)
 
 
-def attach(openings: Sequence[Opening], walls: Sequence[Wall]) -> tuple[Opening, ...]:
+def attach(openings: Sequence[AnyOpening], walls: Sequence[Wall]) -> tuple[AnyOpening, ...]:
     """Openings with the wall that each is in; where both its faces were seen, on the wall's centreline."""
     return tuple(_attached(opening, walls) for opening in openings)
 
 
-def _attached(opening: Opening, walls: Sequence[Wall]) -> Opening:
+def _attached(opening: AnyOpening, walls: Sequence[Wall]) -> AnyOpening:
     ends = np.array([opening.start, opening.end])
     best, best_distance = None, np.inf
     for wall in walls:

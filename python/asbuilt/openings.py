@@ -1,0 +1,578 @@
+"""Doors and windows (not in the paper, which names them as future work).
+
+On the unrolled sides of the walls an opening is a rectangle where the plane is not filled and something is seen in the
+body of the wall: reveals, a leaf, a pane and its frame, or the floor that goes on. What hides a wall leaves a gap in
+its plane too, but shows nothing behind it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Literal, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from asbuilt import _core
+from asbuilt.elevations import Elevations
+from asbuilt.faces import Face
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.leaves import Leaf, find_leaves
+from asbuilt.plan import Door, DoorState, Opening, Point, UnknownOpening, Window
+from asbuilt.profiles import StoreyVoxels
+from asbuilt.wall_sides import LOWEST, PLANE, WallSides, close_cells, unroll_sides
+
+BoolArray = NDArray[np.bool_]
+
+_DOOR_WIDTH = (0.5, 3.0)
+"""Doors are this wide, m."""
+_DOOR_HEIGHT = 1.75
+"""Doors are at least this high, m."""
+_WINDOW_SIZE = (0.35, 0.35)
+"""Windows are at least this wide and high, m."""
+_SILL = 0.25
+"""What begins less than this over the floor can be walked through, m."""
+_LEAF = 0.45
+"""A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
+_PANE = 0.015
+"""Share of an opening that a pane fills at least."""
+_AGREE = 0.04
+"""Places of a jamb that differ less, as seen from both sides of its wall, are averaged, m."""
+_THICKEST = 0.8
+"""The two sides of a wall are no further apart, m."""
+
+
+@dataclass(frozen=True)
+class Openings:
+    """The openings of one storey, in the input's frame."""
+
+    doors: tuple[Door, ...] = ()
+    windows: tuple[Window, ...] = ()
+    unknown: tuple[UnknownOpening, ...] = ()
+
+    @property
+    def all(self) -> tuple[Opening, ...]:
+        """Doors, windows and what is unknown."""
+        return (*self.doors, *self.windows, *self.unknown)
+
+
+class Measured(TypedDict):
+    """What any `Opening` says of itself."""
+
+    id: str
+    seen: float
+    sill: float
+    head: float
+
+
+class Hung(TypedDict):
+    """What `Door` says of its leaf."""
+
+    state: DoorState
+    hinge: Literal["start", "end"] | None
+    swing: Literal["left", "right"] | None
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle of cells of the unrolled sides: columns and rows from `low` and `bottom` to before `high`, `top`."""
+
+    side: int
+    low: int
+    high: int
+    bottom: int
+    top: int
+    cells: int
+
+    def joined(self, other: Box) -> Box:
+        """The rectangle about both."""
+        return Box(
+            self.side,
+            min(self.low, other.low),
+            max(self.high, other.high),
+            min(self.bottom, other.bottom),
+            max(self.top, other.top),
+            self.cells + other.cells,
+        )
+
+
+@dataclass(frozen=True)
+class Hole:
+    """An opening as one side of its wall shows it.
+
+    Attributes
+    ----------
+    side : the side of a wall; low, high : its jambs, m along it.
+    sill, head : heights above the storey's floor, m.
+    kind : "door", "window" or "unknown".
+    score : share of its rim that was seen, 0..1.
+    density : share of it that something in the wall's body fills, 0..1.
+    twin : how far behind the plane the other side of the wall is, m; None where that was not seen.
+    sure : whether each jamb was seen as a surface of its own.
+    start, end : (2,) where its jambs meet the plane, m from the storey's origin.
+    """
+
+    side: int
+    low: float
+    high: float
+    sill: float
+    head: float
+    kind: str
+    score: float
+    density: float
+    twin: float | None
+    sure: tuple[bool, bool]
+    start: FloatArray
+    end: FloatArray
+
+
+def find_openings(
+    faces: list[Face], elevations: Elevations, scores: FloatArray, voxels: StoreyVoxels, storey: int
+) -> Openings:
+    """The openings in the walls on which faces stand.
+
+    Parameters
+    ----------
+    faces, elevations, scores : of the storey's walls, m from its origin.
+    storey : its index, for the names of the openings.
+
+    Returns
+    -------
+    Openings : doors, windows, and gaps that no scan could look through; empty where there are no faces.
+    """
+    if not faces:
+        return Openings()
+    sides = unroll_sides(faces, elevations, voxels)
+    seen = look_behind(sides)
+    boxes = find_boxes(sides, seen)
+    holes = [
+        hole
+        for box, beyond in zip(boxes, floors_beyond(sides, voxels, boxes), strict=True)
+        if (hole := _measure(sides, voxels, seen, box, float(beyond))) is not None
+    ]
+    return _draw(pair_holes(holes), find_unknown(sides, holes), voxels, storey)
+
+
+def look_behind(sides: WallSides) -> BoolArray:
+    """Which cells (c, k) show something in the body of a wall; in gaps down to the floor, the floor that goes on."""
+    from scipy import ndimage  # heavy: help and errors do not wait for it
+
+    z = LOWEST + np.arange(sides.wall.shape[1], dtype=np.float64) * sides.step
+    upper = _share(sides.wall, z, sides.ceiling - 0.45, sides.ceiling - 0.1)
+    lower = _share(sides.wall, z, sides.floor + 0.15, sides.floor + 1.9)
+    # Beyond its faces a side goes on under a lintel: a door in the corner of a room.
+    lintel = close_cells((upper > 0.25)[:, None], 5, 1)[:, 0]
+    label, _ = ndimage.label(sides.covered | lintel)
+    inside = np.isin(label, np.unique(label[sides.covered]))
+    for first, last in zip(sides.first[:-1], sides.first[1:], strict=True):
+        covered = first + np.flatnonzero(sides.covered[first:last])
+        inside[covered[0] : covered[-1] + 1] = True
+    seen = sides.body & inside[:, None]
+    seen &= (z > sides.floor[:, None] + 0.1) & (z < sides.ceiling[:, None] - 0.02)
+    beyond = (sides.depth > PLANE) & (sides.depth < np.maximum(sides.twin - PLANE, 2 * PLANE)[sides.column])
+    going_on = beyond & (np.abs(sides.z - sides.floor[sides.column]) < 0.08)
+    through = np.unique(sides.column[going_on])
+    through = through[inside[through] & (lower[through] < 0.2)]
+    seen[through, _row(sides, sides.floor[through])] = True
+    return seen
+
+
+def find_boxes(sides: WallSides, seen: BoolArray) -> list[Box]:
+    """Rectangles about what is seen behind the planes; pieces with no wall between them are one."""
+    from scipy import ndimage  # heavy: help and errors do not wait for it
+
+    label, _ = ndimage.label(close_cells(seen, 5, 5) & ~sides.wall, np.ones((3, 3)))
+    label[~seen] = 0
+    counts = np.bincount(label.ravel())
+    of_side: dict[int, list[Box]] = {}
+    for number, slices in enumerate(ndimage.find_objects(label), start=1):
+        if slices is None or counts[number] < 3:
+            continue
+        columns, rows = slices
+        side = int(np.searchsorted(sides.first, columns.start, side="right")) - 1
+        box = Box(side, columns.start, columns.stop, rows.start, rows.stop, int(counts[number]))
+        of_side.setdefault(side, []).append(box)
+    return [
+        box for boxes in of_side.values() for whole in _join(boxes, sides, seen) for box in _split(whole, sides, seen)
+    ]
+
+
+def _join(boxes: list[Box], sides: WallSides, seen: BoolArray) -> list[Box]:
+    while True:
+        joined: list[Box] = []
+        for box in sorted(boxes, key=lambda b: (-b.cells, b.low, b.bottom)):
+            for i, other in enumerate(joined):
+                if _belong(box, other, sides, seen):
+                    joined[i] = other.joined(box)
+                    break
+            else:
+                joined.append(box)
+        if len(joined) == len(boxes):
+            return joined
+        boxes = joined
+
+
+def _belong(a: Box, b: Box, sides: WallSides, seen: BoolArray) -> bool:
+    """Whether two boxes are parts of one opening."""
+    step = sides.step
+    apart = max(a.low, b.low) - min(a.high, b.high)
+    over = max(a.bottom, b.bottom) - min(a.top, b.top)
+    narrower, lower = min(a.high - a.low, b.high - b.low), min(a.top - a.bottom, b.top - b.bottom)
+    if apart <= 1 and over <= 1:
+        return True
+    if over > 0 and -apart >= 0.3 * narrower and narrower * step > 0.25:
+        between = sides.wall[max(a.low, b.low) : min(a.high, b.high), min(a.top, b.top) : max(a.bottom, b.bottom)]
+        return bool(between.mean() < 0.15)
+    if 0 < apart * step < _DOOR_WIDTH[1] - 0.4 and -over >= 0.5 * lower and lower * step > 0.25:
+        left, right = (a, b) if a.low < b.low else (b, a)
+        # Beyond its jamb an opening does not go on; a jamb alone does not yet say on which side it is.
+        if _is_jamb(seen[left.high - 2 : left.high], left, step) or _is_jamb(
+            seen[right.low : right.low + 2], right, step
+        ):
+            return False
+        between = sides.wall[left.high : right.low, max(a.bottom, b.bottom) : min(a.top, b.top)]
+        return bool(between.mean() < 0.15)
+    return False
+
+
+def _is_jamb(edge: BoolArray, box: Box, step: float) -> bool:
+    wide = (box.high - box.low) * step > 0.3
+    return bool(wide and edge[:, box.bottom : box.top].any(axis=0).mean() > 0.5)
+
+
+def _split(box: Box, sides: WallSides, seen: BoolArray) -> list[Box]:
+    """A door and a window that share a frame: part of the box stands on a sill, part of it is filled to the floor."""
+    step = sides.step
+    floor = int(_row(sides, np.median(sides.floor[box.low : box.high])))
+    low = slice(floor + round(0.1 / step), floor + round(0.5 / step))
+    on_sill = sides.wall[box.low : box.high, low].mean(axis=1) > 0.5
+    to_floor = seen[box.low : box.high, low].mean(axis=1) > 0.4
+    least = round(0.4 / step)
+    if on_sill.sum() < least or to_floor.sum() < least:
+        return [box]
+    # The cut that parts the two best.
+    change = np.cumsum(on_sill.astype(np.int64) - to_floor)
+    gain = np.abs(2 * change - change[-1])
+    cut = box.low + int(gain.argmax()) + 1
+    parts = [_shrunk(replace(box, high=cut), seen), _shrunk(replace(box, low=cut), seen)]
+    return [part for part in parts if part is not None]
+
+
+def _shrunk(box: Box, seen: BoolArray) -> Box | None:
+    """The rectangle about the seen cells within a box."""
+    column, row = np.nonzero(seen[box.low : box.high, box.bottom : box.top])
+    if len(column) < 3:
+        return None
+    low, bottom = box.low + int(column.min()), box.bottom + int(row.min())
+    return Box(box.side, low, box.low + int(column.max()) + 1, bottom, box.bottom + int(row.max()) + 1, len(column))
+
+
+@dataclass(frozen=True)
+class _Rim:
+    """How much of a box's rim shows in the wall's body, and how much wall there is about it; shares, 0..1."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+    wall_left: float
+    wall_right: float
+    over: float
+    wall_within: float
+    density: float
+    spread: float
+
+
+def _rim(box: Box, sides: WallSides, seen: BoolArray) -> _Rim:
+    step = sides.step
+    within = seen[box.low : box.high, box.bottom : box.top]
+    beside = round(0.25 / step)
+    rows = slice(box.bottom, box.top)
+    left, right = sides.wall[max(box.low - beside, 0) : box.low, rows], sides.wall[box.high : box.high + beside, rows]
+    inner = within[2:-2, 2:-2]
+    blocks = [part for band in np.array_split(within, 4, axis=0) for part in np.array_split(band[:, 2:-2], 4, axis=1)]
+    return _Rim(
+        left=_mean(within[:2].any(axis=0)),
+        right=_mean(within[-2:].any(axis=0)),
+        bottom=_mean(within[:, :2].any(axis=1)),
+        top=_mean(within[:, -2:].any(axis=1)),
+        wall_left=_mean(left.any(axis=0)),
+        wall_right=_mean(right.any(axis=0)),
+        over=_mean(sides.wall[box.low : box.high, box.top : box.top + beside].any(axis=1)),
+        wall_within=_mean(sides.wall[box.low : box.high, rows]),
+        density=_mean(inner),
+        spread=float(np.mean([part.any() for part in blocks])),
+    )
+
+
+def floors_beyond(sides: WallSides, voxels: StoreyVoxels, boxes: list[Box]) -> FloatArray:
+    """Height (n,) of the floor of the room behind each box, m; NaN where it leads outside, or nothing is known.
+
+    The ground outside is no room's floor: it lies lower, and no ceiling over it.
+    """
+    if not boxes:
+        return np.zeros(0)
+    segments = np.zeros((len(boxes), 4))
+    floor = np.zeros(len(boxes))
+    for i, box in enumerate(boxes):
+        start, end = (
+            sides.at(box.side, (column - sides.first[box.side]) * sides.step)[0] for column in (box.low, box.high)
+        )
+        along = (end - start) / max(float(np.hypot(*(end - start))), 1e-12)
+        behind = float(np.median(sides.twin[box.low : box.high])) + 0.5
+        segments[i] = np.tile(behind * np.array([along[1], -along[0]]), 2) + np.concatenate([start, end])
+        floor[i] = np.median(sides.floor[box.low : box.high])
+    level = (np.abs(voxels.z) < 0.75) | (voxels.z > 2.0)
+    of_box, voxel, place, offset = _core.strips(voxels.xy[level], segments, 0.4, 0.0)
+    z = voxels.z[level][voxel]
+    deep, high = 8, 21
+    length = np.maximum(np.hypot(*(segments[:, 2:] - segments[:, :2]).T), 0.1)
+    wide = int(length.max(initial=0) / 0.1) + 1
+    cell = (of_box * wide + (place / 0.1).astype(np.int64)) * deep + np.minimum((offset + 0.4) / 0.1, deep - 1).astype(
+        np.int64
+    )
+    cells = len(boxes) * wide * deep
+
+    def covered(chosen: BoolArray, layer: IntArray, layers: int) -> FloatArray:
+        filled = np.zeros((layers, cells), dtype=np.bool_)
+        filled[layer[chosen], cell[chosen]] = True
+        shares: FloatArray = filled.reshape(layers, len(boxes), -1).sum(axis=2) / (length / 0.1 * deep)
+        return shares
+
+    roofed = covered(z > 2.0, np.zeros(len(z), np.int64), 1)[0] > 0.3
+    at = np.round((z + 0.5) / 0.05).astype(np.int64)
+    shares = covered((at >= 0) & (at < high), at, high)
+    shares = shares + np.maximum(np.pad(shares, ((1, 0), (0, 0)))[:-1], np.pad(shares, ((0, 1), (0, 0)))[1:])
+    heights = np.arange(high) * 0.05 - 0.5
+    shares[~roofed & (np.abs(heights[:, None] - floor) > 0.12)] = 0.0
+    return np.where(shares.max(axis=0) > 0.3, heights[shares.argmax(axis=0)], np.nan)
+
+
+def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, beyond: float) -> Hole | None:
+    """What a box is, and where its jambs are; None where it is no opening."""
+    step = sides.step
+    # The threshold lies as high as the higher of both floors.
+    floor = float(np.nanmax([np.median(sides.floor[box.low : box.high]), beyond]))
+    ceiling = float(np.median(sides.ceiling[box.low : box.high]))
+    sill = LOWEST + (box.bottom - 0.5) * step
+    walkable = sill - floor < _SILL
+    if walkable:
+        box = _grown(box, sides, floor, ceiling)
+    head = LOWEST + (box.top - 0.5) * step
+    width = (box.high - box.low) * step
+    rim = _rim(box, sides, seen)
+    kind = _classify(rim, width, sill - floor, head - sill, head > ceiling - 0.12, np.isfinite(beyond))
+    if kind is None:
+        return None
+    jambs = [_jamb(sides, voxels, box, at_end) for at_end in (False, True)]
+    (low, sure_low), (high, sure_high) = jambs
+    if high - low < min(_WINDOW_SIZE[0], _DOOR_WIDTH[0]):
+        return None
+    twin = float(np.median(sides.twin[box.low : box.high]))
+    start, end = sides.at(box.side, low)[0], sides.at(box.side, high)[0]
+    score = (rim.left + rim.right + rim.bottom + rim.top) / 4
+    return Hole(
+        box.side,
+        low,
+        high,
+        sill,
+        head,
+        kind,
+        score,
+        rim.density,
+        twin if twin < 0.34 else None,
+        (sure_low, sure_high),
+        start,
+        end,
+    )
+
+
+def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
+    """A box on the floor, grown up to the lintel, or to the ceiling where there is none."""
+    start = int(_row(sides, floor + 1.0))
+    stop = int(_row(sides, ceiling))
+    if box.top >= start + round(0.9 / sides.step):
+        return box
+    wall = sides.wall[box.low : box.high, start:stop]
+    first = np.where(wall.any(axis=1), wall.argmax(axis=1), stop - start)
+    return replace(box, top=max(box.top, start + int(np.median(first))))
+
+
+def _classify(rim: _Rim, width: float, sill: float, height: float, to_ceiling: bool, indoors: bool) -> str | None:
+    ends = (max(rim.left, rim.wall_left), max(rim.right, rim.wall_right))
+    if rim.wall_within > 0.3 or min(ends) < 0.15:
+        return None
+    pane = _PANE < rim.density < _LEAF and rim.spread > 0.7
+    if sill < _SILL and height > _DOOR_HEIGHT and _DOOR_WIDTH[0] <= width <= _DOOR_WIDTH[1]:
+        if pane and not indoors:
+            return "window"
+        if rim.density > _LEAF:
+            return None if to_ceiling else "door"
+        jambs = max(rim.left, rim.right)
+        if rim.bottom > 0.4 or (rim.top > 0.4 and jambs > 0.4):
+            return "door" if (min(ends) > 0.4 and (not to_ceiling or min(rim.left, rim.right) > 0.3)) else None
+        return None
+    if width >= _WINDOW_SIZE[0] and height >= _WINDOW_SIZE[1] and sill > 0.1:
+        return "window" if rim.left + rim.right + rim.bottom + rim.top > 1.0 else None
+    return None
+
+
+def _jamb(sides: WallSides, voxels: StoreyVoxels, box: Box, at_end: bool) -> tuple[float, bool]:
+    """Place of a jamb along its side, m, and whether it was seen as a surface of its own.
+
+    A surface that turns into the wall gathers voxels at one place; else the jamb is where the voxels on the plane end.
+    """
+    guess = ((box.high if at_end else box.low) - sides.first[box.side]) * sides.step
+    low, high = (LOWEST + (row - 0.5) * sides.step for row in (box.bottom, box.top))
+    near = sides.hits(box.side, guess - 0.2, guess + 0.2)
+    near = near[(sides.z[near] > low + 0.1) & (sides.z[near] < high - 0.1)]
+    sign = 1.0 if at_end else -1.0
+    _, along = sides.at(box.side, guess)
+    xx, xy, yy = voxels.covariance[sides.voxel[near]].T
+    variance = np.maximum(along[0] ** 2 * xx + 2 * along[0] * along[1] * xy + along[1] ** 2 * yy, 0.0)
+    # Points spread evenly over a length reach the root of three standard deviations from their mean.
+    out = sign * (sides.place[near] - guess)
+    reach = np.sqrt(3 * variance)
+    depth = sides.depth[near]
+    behind = (depth > PLANE) & (depth < np.minimum(sides.twin[sides.column[near]] - PLANE, 0.3))
+    body = np.sort((out + reach)[behind & (np.abs(out) < 0.12)])
+    if len(body) >= 5:
+        within = np.searchsorted(body, body + 0.025, side="right") - np.arange(len(body))
+        many = np.flatnonzero(within >= max(5, 0.5 * within.max()))
+        if len(many):
+            best = int(many[-1])
+            best = int(many[within[many] == within[many[body[many] > body[best] - 0.025]].max()][-1])
+            return guess + sign * float(np.median(body[best : best + within[best]])), True
+    on_plane = np.abs(depth) < PLANE
+    if on_plane.sum() < 5:
+        return guess, False
+    row = np.round(sides.z[near][on_plane] / sides.step).astype(np.int64)
+    nearest = np.full(int(np.ptp(row)) + 1, np.inf)
+    np.minimum.at(nearest, row - row.min(), (out - reach)[on_plane])
+    edge = float(np.median(nearest[np.isfinite(nearest)]))
+    return (guess + sign * edge if abs(edge) < 0.1 else guess), False
+
+
+def pair_holes(holes: list[Hole]) -> list[list[Hole]]:
+    """Holes that are the same opening seen from both sides of its wall, the better seen first."""
+    pairs: list[list[Hole]] = []
+    for hole in sorted(holes, key=lambda h: (-h.score, h.side, h.low)):
+        for pair in pairs:
+            if len(pair) == 1 and _is_behind(pair[0], hole):
+                pair.append(hole)
+                break
+        else:
+            pairs.append([hole])
+    return pairs
+
+
+def _is_behind(a: Hole, b: Hole) -> bool:
+    """Whether two holes are in opposite sides of one wall, at the same place."""
+    along = (a.end - a.start) / max(float(np.hypot(*(a.end - a.start))), 1e-12)
+    back = (b.end - b.start) / max(float(np.hypot(*(b.end - b.start))), 1e-12)
+    if float(along @ back) > -0.96:
+        return False
+    relative = np.array([b.end, b.start]) - a.start
+    low, high = relative @ along
+    depth = -(relative @ np.array([-along[1], along[0]]))
+    length = float(np.hypot(*(a.end - a.start)))
+    overlap = min(high, length) - max(low, 0.0)
+    return bool(overlap > 0.5 * min(high - low, length) and depth.min() > 0.0 and depth.max() < _THICKEST)
+
+
+def find_unknown(sides: WallSides, holes: list[Hole]) -> list[FloatArray]:
+    """Start and end (4,), m, of the gaps as wide as a door between the faces of a side in which no hole was seen."""
+    gaps = []
+    for side, (first, last) in enumerate(pairwise(sides.first)):
+        covered = first + np.flatnonzero(sides.covered[first:last])
+        for before, after in pairwise(covered):
+            low, high = ((column - first) * sides.step for column in (before + 1, after))
+            if not _DOOR_WIDTH[0] < high - low < _DOOR_WIDTH[1]:
+                continue
+            start, end = sides.at(side, low)[0], sides.at(side, high)[0]
+            if not any(_shares(start, end, hole) for hole in holes):
+                gaps.append(np.concatenate([start, end]))
+    return gaps
+
+
+def _shares(start: FloatArray, end: FloatArray, hole: Hole) -> bool:
+    """Whether a gap and a hole are of one wall and overlap."""
+    way = (end - start) / max(float(np.hypot(*(end - start))), 1e-12)
+    relative = np.array([hole.start, hole.end]) - start
+    place = np.sort(relative @ way)
+    aside = np.abs(relative @ np.array([-way[1], way[0]]))
+    return bool(aside.max() < _THICKEST and place[1] > 0.1 and place[0] < float((end - start) @ way) - 0.1)
+
+
+def _draw(pairs: list[list[Hole]], gaps: list[FloatArray], voxels: StoreyVoxels, storey: int) -> Openings:
+    """The openings of a storey in the input's frame, each with its name."""
+    placed = [(pair[0], np.concatenate(_line(pair))) for pair in pairs]
+    doors, windows = ([(hole, line) for hole, line in placed if hole.kind == kind] for kind in ("door", "window"))
+    lines = np.array([line for _, line in doors]).reshape(-1, 4)
+    leaves = find_leaves(
+        lines, np.array([hole.twin or 0.1 for hole, _ in doors]), np.array([hole.sill for hole, _ in doors]), voxels
+    )
+
+    def frame(line: FloatArray) -> tuple[Point, Point]:
+        (x1, y1), (x2, y2) = (line.reshape(2, 2) + voxels.origin).tolist()
+        return (x1, y1), (x2, y2)
+
+    def measured(letter: str, number: int, hole: Hole) -> Measured:
+        return {"id": f"S{storey}-{letter}{number}", "seen": hole.score, "sill": hole.sill, "head": hole.head}
+
+    return Openings(
+        tuple(
+            Door(*frame(line), **measured("D", i, hole), **_hung(hole, leaf))
+            for i, ((hole, line), leaf) in enumerate(zip(doors, leaves, strict=True), start=1)
+        ),
+        tuple(Window(*frame(line), **measured("G", i, hole)) for i, (hole, line) in enumerate(windows, start=1)),
+        tuple(UnknownOpening(*frame(line), id=f"S{storey}-U{i}") for i, line in enumerate(gaps, start=1)),
+    )
+
+
+def _hung(hole: Hole, leaf: Leaf | None) -> Hung:
+    """The state of a door, and its hinge and swing where its leaf stands open."""
+    if hole.density > _LEAF:
+        return {"state": "shut", "hinge": None, "swing": None}
+    if leaf is None:
+        return {"state": "cased", "hinge": None, "swing": None}
+    return {"state": "open", "hinge": leaf.hinge, "swing": leaf.swing}
+
+
+def _line(pair: list[Hole]) -> tuple[FloatArray, FloatArray]:
+    """Where an opening starts and ends, (2,) each: on the wall's centreline, or on the one plane that was seen."""
+    best = pair[0]
+    way = (best.end - best.start) / max(float(np.hypot(*(best.end - best.start))), 1e-12)
+    normal = np.array([-way[1], way[0]])
+    if len(pair) == 1:
+        shift = -0.5 * (best.twin or 0.0) * normal
+        return best.start + shift, best.end + shift
+    other = pair[1]
+    tips = ((best.start, other.end, best.sure[0], other.sure[1]), (best.end, other.start, best.sure[1], other.sure[0]))
+    ends = []
+    for outward, (mine, theirs, sure, theirs_sure) in zip((-1.0, 1.0), tips, strict=True):
+        further = float((theirs - mine) @ way)
+        if sure == theirs_sure:
+            # What stands before one side may hide a part of the opening: the wider is the true one.
+            further = further / 2 if abs(further) < _AGREE else max(outward * further, 0.0) * outward
+        elif sure:
+            further = 0.0
+        ends.append(mine + further * way + 0.5 * float((theirs - mine) @ normal) * normal)
+    return ends[0], ends[1]
+
+
+def _share(cells: BoolArray, z: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """Share of the cells (c, k) of each column that are filled between two heights (c,)."""
+    between = (z > low[:, None]) & (z < high[:, None])
+    shares: FloatArray = (cells & between).sum(axis=1) / np.maximum(between.sum(axis=1), 1)
+    return shares
+
+
+def _row(sides: WallSides, z: FloatArray | float) -> IntArray:
+    rows: IntArray = np.clip(np.round((z - LOWEST) / sides.step), 0, sides.wall.shape[1] - 1).astype(np.int64)
+    return rows
+
+
+def _mean(values: BoolArray | np.bool_) -> float:
+    return float(values.mean()) if values.size else 0.0
