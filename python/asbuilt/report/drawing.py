@@ -1,0 +1,276 @@
+"""The plan of a storey as SVG: layers to switch, and elements that can be pointed at.
+
+One unit is a centimetre; x to the right, y down. What is drawn is what the drawings for paper show
+(`asbuilt.export.marks`); over it lie the elements' own shapes, which bear the number of their figures and their bands
+of trust.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from asbuilt.export.dimensions import RAISED, dimension_line, dimension_text, dimensions
+from asbuilt.export.labels import room_tags
+from asbuilt.export.marks import CAP_HEIGHT, DIMENSION_TEXT, Arc, Dimension, Fill, Mark, Stroke, Tag, Text
+from asbuilt.export.sheet import Bounds, storey_title
+from asbuilt.export.symbols import storey_marks
+from asbuilt.plan import Column, Element, FloorPlan, Opening, Point, Room, Stair, Storey, Wall, WallFace
+from asbuilt.report import figures
+from asbuilt.report.markup import number, tag
+from asbuilt.report.registration import ScanOffset
+from asbuilt.report.tilt import Pair
+
+#: Layers in the order in which they are drawn, by the name that the page switches them with, and what they are called.
+LAYERS = {
+    "density": "Density of the points",
+    "rooms": "Rooms",
+    "stairs": "Stairs",
+    "walls": "Walls",
+    "faces": "Wall faces",
+    "columns": "Columns",
+    "windows": "Windows",
+    "openings": "Unknown openings",
+    "doors": "Doors",
+    "dimensions": "Dimensions",
+    "scans": "Scans and their offsets",
+}
+#: Layers of the drawings for paper, by the beginning of their names; what is not listed is not shown.
+_OF_MARKS = {
+    "A-WALL-UNSN": "walls",
+    "A-WALL-PATT": "walls",
+    "A-AREA-IDEN": "rooms",
+    "A-DOOR": "doors",
+    "A-GLAZ": "windows",
+    "A-OPNG-UNKN": "openings",
+    "A-COLS": "columns",
+    "A-FLOR-STRS": "stairs",
+    "A-ANNO-DIMS": "dimensions",
+}
+_UNIT = 100.0
+"""Units of the drawing to the metre."""
+_REACH = 0.12
+"""Openings are pointed at this far to each side of their line, m."""
+EXAGGERATION = 200.0
+"""Offsets of scans are drawn so many times larger than they are."""
+
+
+@dataclass(frozen=True)
+class Pointed:
+    """What can be pointed at: its title, and its figures as labels and values."""
+
+    title: str
+    lines: list[figures.Line]
+
+
+@dataclass
+class Sheet:
+    """The drawing of all storeys: what they share, and the figures of everything that can be pointed at.
+
+    Attributes
+    ----------
+    bounds : x0, y0, x1, y1 of all that is drawn, m.
+    pointed : figures by the number that the shapes bear as ``data-i``.
+    number_of : that number by storey and id of an element.
+    """
+
+    bounds: Bounds
+    pointed: list[Pointed] = field(default_factory=list)
+    number_of: dict[tuple[int, str], int] = field(default_factory=dict)
+
+    def place(self, point: Point) -> str:
+        """A point (m) in the units of the drawing, to the millimetre."""
+        return f"{number((point[0] - self.bounds[0]) * _UNIT)} {number((self.bounds[3] - point[1]) * _UNIT)}"
+
+    def path(self, points: Iterable[Point], closed: bool = False) -> str:
+        """The data of a path through points (m)."""
+        return "M" + "L".join(self.place(point) for point in points) + ("Z" if closed else "")
+
+
+def plan_sheet(plan: FloorPlan, boxes: Iterable[Bounds]) -> Sheet:
+    """A sheet that holds all storeys and, besides, some boxes x0, y0, x1, y1 (m)."""
+    corners = [corner for x0, y0, x1, y1 in boxes for corner in ((x0, y0), (x1, y1))]
+    for storey in plan:
+        corners += [end for line in (*storey.wall_faces, *storey.walls) for end in (line.start, line.end)]
+        corners += [point for ring in _rings(storey) for point in ring]
+    xs, ys = zip(*(corners or [(0.0, 0.0), (10.0, 6.0)]), strict=True)
+    pad = 0.03 * max(max(xs) - min(xs), max(ys) - min(ys), 5.0) + 1.5  # the dimensions stand around the plan
+    return Sheet((min(xs) - pad, min(ys) - pad, max(xs) + pad, max(ys) + pad))
+
+
+def _rings(storey: Storey) -> list[Sequence[Point]]:
+    rings: list[Sequence[Point]] = [room.ring for room in storey.rooms]
+    rings += [column.ring for column in storey.columns]
+    rings += [stair.ring for stair in storey.stairs]
+    return [*rings, *(wall.outline for wall in storey.walls), storey.outline or ()]
+
+
+def draw_storey(
+    storey: Storey,
+    sheet: Sheet,
+    density: tuple[str, Bounds] | None,
+    scans: Sequence[ScanOffset],
+    leans: dict[str, Pair],
+) -> ET.Element:
+    """One storey, with the `scans` that stand on it and the `leans` of its faces; fills in the sheet's figures."""
+    groups = {name: tag("g", data_layer=name) for name in LAYERS}
+    if density is not None:
+        groups["density"].append(_image(sheet, *density))
+    for room in storey.rooms:
+        groups["rooms"].append(_element(sheet, storey, room))
+    metre = 1000.0 / _scale(sheet.bounds)
+    for mark in (*storey_marks(storey), *room_tags(storey, metre), *dimensions(storey, metre)):
+        layer = next((known for begin, known in _OF_MARKS.items() if mark.layer.name.startswith(begin)), None)
+        if layer is not None:
+            groups[layer].extend(_ink(mark, sheet, metre))
+    elements = {
+        "stairs": storey.stairs,
+        "walls": storey.walls,
+        "faces": storey.wall_faces,
+        "columns": storey.columns,
+        "windows": storey.windows,
+        "openings": storey.unknown_openings,
+        "doors": storey.doors,
+    }
+    for name, shown in elements.items():
+        groups[name].extend(_element(sheet, storey, element, leans.get(element.id)) for element in shown)
+    groups["scans"].extend(_scan(sheet, scan) for scan in scans)
+    x0, y0, x1, y1 = sheet.bounds
+    size = f"0 0 {number((x1 - x0) * _UNIT)} {number((y1 - y0) * _UNIT)}"
+    label = f"Plan of {storey_title(storey.index, storey.floor, storey.ceiling).lower()}"
+    return tag(
+        "svg",
+        *groups.values(),
+        xmlns="http://www.w3.org/2000/svg",
+        viewBox=size,
+        class_="plan",
+        tabindex="0",
+        role="group",
+        aria_label=f"{label}. Keys: arrows move, plus and minus zoom, 0 shows all, n and p go through the elements.",
+    )
+
+
+def _scale(bounds: Bounds) -> float:
+    """The scale whose sizes of text suit the drawing."""
+    longest = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
+    return next((scale for scale in (50.0, 100.0, 200.0) if longest < 0.3 * scale), 200.0)
+
+
+def _image(sheet: Sheet, uri: str, corners: Bounds) -> ET.Element:
+    x0, y0, x1, y1 = corners
+    u, v = sheet.place((x0, y1)).split()
+    size = {"width": number((x1 - x0) * _UNIT), "height": number((y1 - y0) * _UNIT)}
+    return tag("image", href=uri, x=u, y=v, **size, preserveAspectRatio="none")
+
+
+def _element(sheet: Sheet, storey: Storey, element: Element, lean: Pair | None = None) -> ET.Element:
+    """The shape of an element, with the number of its figures and its bands of trust."""
+    index = len(sheet.pointed)
+    sheet.pointed.append(Pointed(figures.title(element), figures.lines(element, storey, lean)))
+    sheet.number_of.setdefault((storey.index, element.id), index)
+    known = [f"{name}-{band}" for name, band in figures.bands(element).items() if band is not None]
+    kind = type(element).__name__.lower()
+    shapes = [tag("path", d=sheet.path(*_shape(element)), class_="shape")]
+    if isinstance(element, WallFace):
+        shapes.append(tag("path", d=shapes[0].get("d"), class_="reach"))
+    return tag("g", *shapes, class_=" ".join(["element", kind, *known]), data_i=str(index))
+
+
+def _shape(element: Element) -> tuple[Sequence[Point], bool]:
+    """Points of the shape by which an element is pointed at, and whether it is closed."""
+    if isinstance(element, WallFace):
+        return (element.start, element.end), False
+    if isinstance(element, Room | Column | Stair):
+        return element.ring, True
+    if isinstance(element, Wall) and len(element.outline) > 2:
+        return element.outline, True
+    if isinstance(element, Wall | Opening):
+        return _around(element.start, element.end, element.length), True
+    raise TypeError(f"{type(element).__name__} has no shape")
+
+
+def _around(start: Point, end: Point, length: float) -> Sequence[Point]:
+    """A box about a line."""
+    nx, ny = -(end[1] - start[1]) / (length or 1.0) * _REACH, (end[0] - start[0]) / (length or 1.0) * _REACH
+    (x1, y1), (x2, y2) = start, end
+    return (x1 + nx, y1 + ny), (x2 + nx, y2 + ny), (x2 - nx, y2 - ny), (x1 - nx, y1 - ny)
+
+
+def _scan(sheet: Sheet, scan: ScanOffset) -> ET.Element:
+    """Where a scanner stood, and which way its walls lie off those of the others."""
+    assert scan.position is not None
+    index = len(sheet.pointed)
+    sheet.pointed.append(Pointed(f"Scan {scan.key}", figures.scan_lines(scan)))
+    x, y, _ = scan.position
+    u, v = sheet.place((x, y)).split()
+    shapes = [tag("circle", cx=u, cy=v, r="9", class_="shape")]
+    if scan.offset is not None:
+        tip = (x + EXAGGERATION * scan.offset[0], y + EXAGGERATION * scan.offset[1])
+        shapes.append(tag("path", d=sheet.path([(x, y), tip]), class_="offset"))
+    return tag("g", *shapes, class_="element scan", data_i=str(index))
+
+
+def _ink(mark: Mark, sheet: Sheet, metre: float) -> Iterable[ET.Element]:
+    """A mark of the drawings for paper as SVG; `metre` is what a metre takes on that paper, mm."""
+    dashed = " dashed" if mark.layer.dashes else ""
+    if isinstance(mark, Fill):
+        data = "".join(sheet.path(ring, True) for ring in mark.rings)
+        fill = "unseen" if "UNSN" in mark.layer.name else "solid"
+        yield tag("path", d=data, class_=f"ink {fill}", fill_rule="evenodd")
+    elif isinstance(mark, Stroke):
+        yield tag("path", d=sheet.path(mark.points, mark.closed), class_=f"ink line{dashed}")
+    elif isinstance(mark, Arc):
+        yield tag("path", d=sheet.path(_arc(mark), mark.end is None), class_=f"ink line{dashed}")
+    elif isinstance(mark, Tag):
+        for text in mark.texts(metre):
+            yield _text(text, sheet, metre)
+    elif isinstance(mark, Text):
+        yield _text(mark, sheet, metre)
+    elif isinstance(mark, Dimension):
+        yield from _dimension(mark, sheet, metre)
+
+
+def _arc(arc: Arc) -> list[Point]:
+    end = 2 * math.pi if arc.end is None else arc.end
+    steps = max(round((end - arc.start) / math.radians(7.5)), 1)
+    turns = [arc.start + (end - arc.start) * i / steps for i in range(steps + (arc.end is not None))]
+    return [(arc.centre[0] + arc.radius * math.cos(t), arc.centre[1] + arc.radius * math.sin(t)) for t in turns]
+
+
+def _text(text: Text, sheet: Sheet, metre: float) -> ET.Element:
+    u, v = sheet.place(text.at).split()
+    turn = f"rotate({number(-math.degrees(text.rotation), 2)} {u} {v})" if text.rotation else None
+    size = number(text.height / metre * _UNIT / CAP_HEIGHT)
+    anchor = {"left": "start", "centre": "middle", "right": "end"}[text.align]
+    weight = "bold" if text.bold else None
+    return tag(
+        "text",
+        text.text,
+        x=u,
+        y=v,
+        font_size=size,
+        text_anchor=anchor,
+        font_weight=weight,
+        transform=turn,
+        class_="ink",
+    )
+
+
+def _dimension(mark: Dimension, sheet: Sheet, metre: float) -> Iterable[ET.Element]:
+    """The line with a tick at each end, and the number over it."""
+    start, end = dimension_line(mark)
+    (x1, y1), (x2, y2) = start, end
+    length = math.hypot(x2 - x1, y2 - y1)
+    ux, uy = (x2 - x1) / length, (y2 - y1) / length
+    yield tag("path", d=sheet.path([start, end]), class_="ink line")
+    tick = 1.0 / metre
+    for x, y in (start, end):
+        slant = ((ux - uy) * tick, (uy + ux) * tick)
+        ends = [(x - slant[0], y - slant[1]), (x + slant[0], y + slant[1])]
+        yield tag("path", d=sheet.path(ends), class_="ink line")
+    up = (0.6 + RAISED * DIMENSION_TEXT * mark.level) / metre
+    at = ((x1 + x2) / 2 - uy * up, (y1 + y2) / 2 + ux * up)
+    text = dimension_text(math.hypot(mark.end[0] - mark.start[0], mark.end[1] - mark.start[1]))
+    yield _text(Text(at, text, DIMENSION_TEXT, "centre", math.atan2(uy, ux), layer=mark.layer), sheet, metre)
