@@ -8,6 +8,7 @@ curve.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,6 +27,10 @@ _MAX_RMS = 0.015
 """Voxels of a curve lie this near to its circle, m."""
 _SAGITTA = 0.005
 """The chords that are drawn leave the arc by at most this, m."""
+_NOISE = 0.002
+"""Mean distances of a curve's voxels over a voxel's length of it scatter by this, m."""
+_TOLL = 15.0
+"""A facet more must lower the squared error by this many squared units of the noise."""
 _DOOR = 0.35
 """Wider gaps in an arc are openings, m."""
 
@@ -40,7 +45,7 @@ def find_curves(faces: list[Face], voxels: StoreyVoxels) -> list[Face]:
         if circle is None:
             continue
         rest -= set(chain)
-        chords = _draw_arcs([faces[i] for i in chain], circle, number)
+        chords = _draw_arcs([faces[i] for i in chain], circle, number, voxels)
         rest -= {i for i in rest if _on_circle(faces[i], circle, chords)}
         curved += chords
         number += 1
@@ -121,7 +126,7 @@ def _turn(first: Face, second: Face) -> float:
     return float(np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b))
 
 
-def _draw_arcs(chain: list[Face], circle: tuple[FloatArray, float], curve: int) -> list[Face]:
+def _draw_arcs(chain: list[Face], circle: tuple[FloatArray, float], curve: int, voxels: StoreyVoxels) -> list[Face]:
     """Chords along the stretches of a circle that the faces of a chain cover, in the chain's direction."""
     centre, radius = circle
     angles = [np.arctan2(*(tip - centre)[::-1]) for face in chain for tip in (face.start, face.end)]
@@ -136,16 +141,100 @@ def _draw_arcs(chain: list[Face], circle: tuple[FloatArray, float], curve: int) 
             stretches.append([float(start), float(end)])
     # A full circle ends where it starts.
     stretches[-1][1] = min(stretches[-1][1], stretches[0][0] + 2 * np.pi)
-    step = 2 * np.arccos(1 - min(_SAGITTA / radius, 1.0))
     chords = []
     for start, end in stretches:
-        count = max(int(np.ceil((end - start) / step)), 1)
-        # Vertices a little outside, so that the chords follow the arc in the mean.
-        turns = way * np.linspace(start, end, count + 1)
-        points = centre + (radius + _SAGITTA * 2 / 3) * np.column_stack([np.cos(turns), np.sin(turns)])
-        for i in range(count):
-            face = replace(chain[0], start=points[i], end=points[i + 1], fixed=(i > 0, i < count - 1), curve=curve)
+        turns = way * np.array([start, end])
+        points = find_facets(turns, circle, voxels)
+        if points is None:
+            points = _arc(turns, circle)
+        for i in range(len(points) - 1):
+            fixed = (i > 0, i < len(points) - 2)
+            face = replace(chain[0], start=points[i], end=points[i + 1], fixed=fixed, curve=curve)
             middle = (face.start + face.end) / 2
             nearest = min(chain, key=lambda other: float(np.hypot(*((other.start + other.end) / 2 - middle))))
             chords.append(replace(face, line=nearest.line, score=nearest.score))
     return chords
+
+
+def _arc(turns: FloatArray, circle: tuple[FloatArray, float]) -> FloatArray:
+    """Vertices (n, 2) of chords from one angle of a circle to another."""
+    centre, radius = circle
+    step = 2 * np.arccos(1 - min(_SAGITTA / radius, 1.0))
+    angles = np.linspace(*turns, max(int(np.ceil(abs(turns[1] - turns[0]) / step)), 1) + 1)
+    # Vertices a little outside, so that the chords follow the arc in the mean.
+    points: FloatArray = centre + (radius + _SAGITTA * 2 / 3) * np.column_stack([np.cos(angles), np.sin(angles)])
+    return points
+
+
+def find_facets(turns: FloatArray, circle: tuple[FloatArray, float], voxels: StoreyVoxels) -> FloatArray | None:
+    """Vertices (n, 2) of a wall built of flat facets about a circle, from one angle to another; None if it is round.
+
+    In polar coordinates about the centre the reciprocal radius of a straight line is ``a cos + b sin`` of the angle,
+    so that fits to all stretches come from running sums. The facets are those that take the least squared error, in
+    units of the noise, and a toll for each; the wall is round if the circle takes less.
+    """
+    centre, radius = circle
+    standing = (voxels.z > 0.3) & (voxels.z < voxels.height - 0.1)
+    apart = voxels.xy[standing] - centre
+    distance = np.hypot(*apart.T)
+    near = np.abs(distance - radius) < 2 * _MAX_RMS
+    way = float(np.sign(turns[1] - turns[0]))
+    angle = (way * (np.arctan2(apart[near, 1], apart[near, 0]) - turns[0])) % (2 * np.pi)
+    inside = angle < abs(turns[1] - turns[0])
+    count = int(np.ceil(abs(turns[1] - turns[0]) * radius / voxels.voxel))
+    bins = np.minimum((angle[inside] * radius / voxels.voxel).astype(np.int64), count - 1)
+    weight = np.bincount(bins, minlength=count).astype(np.float64)
+    mean = np.bincount(bins, distance[near][inside], minlength=count) / np.maximum(weight, 1)
+    seen = np.flatnonzero(weight >= 5)
+    if len(seen) < 8:
+        return None
+    theta = turns[0] + way * (seen + 0.5) * voxels.voxel / radius
+    value = radius**2 / mean[seen]  # off by as much as the radius is
+    terms = np.column_stack([np.cos(theta), np.sin(theta), value])
+    sums = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(terms[:, :, None] * terms[:, None, :], axis=0)])
+    total = np.zeros(len(seen) + 1)
+    before = np.zeros(len(seen) + 1, dtype=np.int64)
+    longest = int(_MAX_CHORD / voxels.voxel)
+    for end in range(1, len(seen) + 1):
+        first = np.arange(max(end - longest, 0), end)
+        cost = total[first] + _misfit(sums[end] - sums[first]) / _NOISE**2 + _TOLL
+        best = int(np.argmin(cost))
+        total[end], before[end] = cost[best], first[best]
+    breaks = [len(seen)]
+    while breaks[-1] > 0:
+        breaks.append(int(before[breaks[-1]]))
+    breaks = breaks[::-1]
+    round_cost = float(((mean[seen] - radius) ** 2).sum()) / _NOISE**2 + _TOLL
+    if total[-1] >= round_cost or len(breaks) < 4:
+        return None
+    lines = [_chord(sums[j] - sums[i]) for i, j in pairwise(breaks)]
+    edges = [turns[0], *(float(theta[i] + theta[i - 1]) / 2 for i in breaks[1:-1]), turns[1]]
+    points = [_on_chord(lines[0], edges[0])]
+    for one, other, edge in zip(lines[:-1], lines[1:], edges[1:-1], strict=True):
+        met = np.arctan2(one[0] - other[0], other[1] - one[1])  # where both have the same radius
+        met += np.pi * np.round((edge - met) / np.pi)
+        points.append(_on_chord(one, met if abs(met - edge) * radius < 3 * voxels.voxel else edge))
+    points.append(_on_chord(lines[-1], edges[-1]))
+    return centre + radius**2 * np.array(points)
+
+
+def _misfit(sums: FloatArray) -> FloatArray:
+    """Squared error (n,) of the best chords through stretches of which the moments (n, 3, 3) are given."""
+    xx, xy, yy, xv, yv, vv = (sums[:, i, j] for i, j in ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2), (2, 2)))
+    determinant = np.maximum(xx * yy - xy**2, 1e-12)
+    explained = (yy * xv**2 - 2 * xy * xv * yv + xx * yv**2) / determinant
+    misfit: FloatArray = np.maximum(vv - explained, 0.0)
+    return misfit
+
+
+def _chord(sums: FloatArray) -> FloatArray:
+    """a, b of the chord through a stretch of which the moments (3, 3) are given."""
+    line: FloatArray = np.linalg.lstsq(sums[:2, :2], sums[:2, 2], rcond=None)[0]
+    return line
+
+
+def _on_chord(line: FloatArray, angle: float) -> FloatArray:
+    """The point of a chord at an angle about the centre, over the squared radius."""
+    ray = np.array([np.cos(angle), np.sin(angle)])
+    point: FloatArray = ray / float(line @ ray)
+    return point
