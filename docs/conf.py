@@ -33,7 +33,7 @@ def _write_help() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     program = Path(sys.executable).with_name("asbuilt")
     environment = {**os.environ, "COLUMNS": "100", "NO_COLOR": "1"}
-    for command in ("plan", "export", "evidence", "merge", "info", "evaluate"):
+    for command in ("plan", "export", "evidence", "merge", "info", "evaluate", "label"):
         text = subprocess.check_output([program, command, "--help"], text=True, env=environment)
         (folder / f"{command}.txt").write_text("\n".join(line.rstrip() for line in text.strip().splitlines()) + "\n")
 

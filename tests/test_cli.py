@@ -63,7 +63,7 @@ def test_version(run):
     assert run("--version") == (0, f"asbuilt {asbuilt.__version__}\n", "")
 
 
-@pytest.mark.parametrize("command", ["plan", "info", "evaluate"])
+@pytest.mark.parametrize("command", ["plan", "info", "evaluate", "label"])
 def test_help_teaches_by_example(command, run):
     code, out, _ = run(command, "--help")
     assert code == 0

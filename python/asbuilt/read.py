@@ -90,6 +90,14 @@ class PointCloud:
             for points, _ in _core.PointReader(file.path):
                 yield points[:, columns] * factors
 
+    def to_metres(self, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Coordinates of the files as x, y, z in metres, z up."""
+        given = (x, y, z)
+        if self.unit == 1.0 and self.axes == (1, 2, 3):
+            return given
+        a, b, c = (given[abs(axis) - 1] * (self.unit * np.sign(axis)) for axis in self.axes)
+        return a, b, c
+
     @property
     def points(self) -> int:
         """Points that the headers promise."""

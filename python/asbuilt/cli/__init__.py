@@ -29,6 +29,7 @@ from asbuilt.cli.evaluate import evaluate_command
 from asbuilt.cli.evidence import evidence_command, merge_command
 from asbuilt.cli.export import export_command
 from asbuilt.cli.info import info_command
+from asbuilt.cli.label import label_command
 from asbuilt.cli.plan import plan_command
 from asbuilt.errors import AsBuiltError
 
@@ -45,6 +46,7 @@ app.command("evidence", no_args_is_help=True)(evidence_command)
 app.command("merge", no_args_is_help=True)(merge_command)
 app.command("info", no_args_is_help=True)(info_command)
 app.command("evaluate", no_args_is_help=True)(evaluate_command)
+app.command("label", no_args_is_help=True)(label_command)
 
 
 def _version(wanted: bool) -> None:
@@ -70,6 +72,8 @@ def _asbuilt(
     asbuilt info scans/
 
     asbuilt evaluate plan.geojson truth.json
+
+    asbuilt label scans/*.laz --plan school.geojson -o school_classes.laz
     """
 
 

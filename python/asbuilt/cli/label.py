@@ -1,0 +1,66 @@
+"""``asbuilt label``: scans and their plan in, scans with a class for each point out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from asbuilt.cli.options import Inputs, SkipBad, Unit, Up, progress_bar, say
+
+
+def label_command(
+    inputs: Inputs,
+    plan: Annotated[
+        Path,
+        typer.Option("--plan", "-p", metavar="PLAN", help="The plan.geojson made from them.", show_default=False),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="OUT", help="File to write: .laz .las .e57.", show_default=False),
+    ],
+    tolerance: Annotated[
+        float, typer.Option(metavar="METRES", help="A point this near to a surface of the plan is on it.")
+    ] = 0.05,
+    unit: Unit = "m",
+    up: Up = "z",
+    skip_bad: SkipBad = False,
+) -> None:
+    """Give every point a class by the plan: wall, floor, ceiling, door, window, column, stair, clutter or outside.
+
+    Each point also gets the numbers of its wall and of its room. LAS and E57 inputs keep all else they carry:
+
+        asbuilt plan scans/*.laz -o school.geojson
+
+        asbuilt label scans/*.laz --plan school.geojson -o school_classes.laz
+
+    E57 keeps the scans apart, with their poses:
+
+        asbuilt label school.e57 --plan school.geojson -o school_classes.e57
+
+    The classes are numbers of LAS: 1 outside, 2 floor, 6 wall, 64 ceiling, 65 door, 66 window, 67 column, 68 stair,
+    69 clutter.
+
+    Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
+    """
+    from asbuilt.label import check_output, label_cloud
+
+    check_output(output)
+
+    import asbuilt
+
+    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    drawn = asbuilt.load_plan(plan)
+    with progress_bar("labelling") as progress:
+        counts = label_cloud(cloud, drawn, output, tolerance=tolerance, progress=progress)
+    total = sum(counts.values())
+    print(f"{total:,} points")
+    for known, count in counts.items():
+        print(f"  {known.title:8} {count:>14,}  {count / max(total, 1):6.1%}")
+    print(f"wrote {output}")
+    errors = [file.error for file in cloud.files if file.error is not None]
+    for error in errors:
+        say(f"asbuilt: left out: {error}")
+    if errors:
+        raise typer.Exit(3)

@@ -1,0 +1,386 @@
+"""Labelled clouds: truth by construction, read back with laspy and pye57."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import laspy
+import numpy as np
+import pytest
+import shapely
+
+import asbuilt
+from asbuilt import FloorPlan, InputError, OutputError, ParameterError
+from asbuilt.export import export
+from asbuilt.label import Labels, PlanLookup, PointClass, label_cloud
+from asbuilt.plan import Door, Room, Storey, Wall, WallFace
+from plans import EAST, NORTH, complete_plan
+
+FLOORS = (112.5, 115.3)
+NOISE = 0.003  # m; far less than the tolerance of 0.05 m
+rng = np.random.default_rng(5)
+
+
+def box(x, y, z, count: int = 400) -> np.ndarray:
+    """Points within intervals of the plan's own metres; a number stands for the interval of that alone."""
+    sides = [side if isinstance(side, tuple) else (side, side) for side in (x, y, z)]
+    return np.column_stack([rng.uniform(low, high, count) for low, high in sides])
+
+
+#: What `complete_plan` is made of: points, class, and ids of wall and room ("": none, or either is right).
+TRUTH = {
+    "west floor": (box((0.1, 3.9), (0.1, 4.9), 0.0), PointClass.FLOOR, "", "R1"),
+    "floor along the wall": (box((3.85, 3.94), (0.1, 1.9), 0.0), PointClass.FLOOR, "", "R1"),
+    "west ceiling": (box((0.1, 3.9), (0.1, 4.9), 2.5), PointClass.CEILING, "", "R1"),
+    "east ceiling, lower": (box((4.2, 7.9), (0.1, 4.9), 2.4), PointClass.CEILING, "", "R2"),
+    "west wall": (box(0.0, (0.1, 4.9), (0.1, 2.4)), PointClass.WALL, "W5", ""),
+    "one face of the partition": (box(3.95, (0.1, 1.9), (0.1, 2.4)), PointClass.WALL, "W1", ""),
+    "its other face": (box(4.05, (3.0, 4.9), (0.1, 2.3)), PointClass.WALL, "W1", ""),
+    "lintel": (box(3.95, (2.1, 2.8), (2.1, 2.4)), PointClass.WALL, "W1", ""),
+    "shut leaf": (box(4.0, (2.05, 2.85), (0.1, 1.95)), PointClass.DOOR, "W1", ""),
+    "threshold": (box((3.97, 4.03), (2.05, 2.85), 0.0), PointClass.FLOOR, "", ""),
+    "pane": (box((5.05, 6.15), -0.05, (0.95, 2.05)), PointClass.WINDOW, "W2", ""),
+    "parapet": (box((5.1, 6.1), 0.0, (0.1, 0.85)), PointClass.WALL, "W2", ""),
+    "above the window": (box((5.1, 6.1), 0.0, (2.15, 2.3)), PointClass.WALL, "W2", ""),
+    "where nobody looked through": (box(8.0, (1.1, 1.7), (0.1, 2.3)), PointClass.WALL, "W3", ""),
+    "round column": (
+        np.column_stack([
+            6.5 + 0.175 * np.cos(np.linspace(0, 2 * np.pi, 400)),
+            3.5 + 0.175 * np.sin(np.linspace(0, 2 * np.pi, 400)),
+            np.linspace(0.1, 2.3, 400),
+        ]),
+        PointClass.COLUMN, "", "R2",
+    ),
+    "steps": (box((4.2, 4.95), (0.1, 1.9), (0.2, 1.5)), PointClass.STAIR, "", "R2"),
+    "table": (box((2.0, 3.0), (1.0, 2.0), 0.75), PointClass.CLUTTER, "", "R1"),
+    "cupboard along the wall": (box(0.3, (1.0, 2.0), (0.1, 2.0)), PointClass.CLUTTER, "", "R1"),
+    "the street": (box((5.0, 6.0), (-5.0, -1.0), (0.1, 2.0)), PointClass.OUTSIDE, "", ""),
+}  # fmt: skip
+HERE = np.array([EAST, NORTH, FLOORS[0]])
+
+
+@pytest.fixture(scope="module")
+def lookup() -> PlanLookup:
+    return PlanLookup(complete_plan())
+
+
+def tell(lookup: PlanLookup, points: np.ndarray) -> Labels:
+    return lookup.labels(*np.asarray(points, dtype=float).T)
+
+
+def on_storey(points: np.ndarray, storey: int) -> np.ndarray:
+    noisy = points + rng.normal(0.0, NOISE, points.shape).clip(-3 * NOISE, 3 * NOISE)
+    return noisy + np.array([EAST, NORTH, FLOORS[storey]])
+
+
+def named(names: tuple[str, ...], numbers: np.ndarray) -> set[str]:
+    return {names[number - 1] if number else "" for number in numbers}
+
+
+@pytest.mark.parametrize("storey", [0, 1])
+@pytest.mark.parametrize("surface", TRUTH)
+def test_every_point_of_a_surface_has_its_class_and_wall(surface, storey, lookup):
+    points, kind, wall, room = TRUTH[surface]
+    labels = tell(lookup, on_storey(points, storey))
+    assert {PointClass(found) for found in labels.classes} == {kind}
+    if wall or kind not in (PointClass.WALL, PointClass.DOOR, PointClass.WINDOW):
+        assert named(lookup.walls, labels.walls) == {f"S{storey}-{wall}" if wall else ""}
+    if room:
+        assert named(lookup.rooms, labels.rooms) == {f"S{storey}-{room}"}
+
+
+@pytest.mark.parametrize("z", [-1.0, 20.0])
+def test_a_mirror_world_below_the_floor_and_the_sky_are_outside(z, lookup):
+    assert set(tell(lookup, box((1.0, 3.0), (1.0, 4.0), z) + HERE).classes) == {PointClass.OUTSIDE}
+
+
+def test_far_away_is_outside(lookup):
+    far = np.array([[0.0, 0.0, 0.0], [1e9, -1e9, 1e9], [EAST, NORTH, -1e9], [EAST + 1e4, NORTH + 2.0, 113.0]])
+    assert set(tell(lookup, far).classes) == {PointClass.OUTSIDE}
+
+
+def test_no_points_and_no_plan():
+    assert len(tell(PlanLookup(FloorPlan()), np.zeros((0, 3))).classes) == 0
+    assert set(tell(PlanLookup(FloorPlan()), np.zeros((5, 3))).classes) == {PointClass.OUTSIDE}
+    assert set(tell(PlanLookup(FloorPlan((Storey(0, 0.0, 2.5),))), np.zeros((5, 3))).classes) == {PointClass.OUTSIDE}
+
+
+def test_the_same_as_geometry_says_far_from_its_borders(lookup):
+    """Against brute force: the nearest wall body or column by shapely, where no border is nearer than a cell."""
+    storey = complete_plan().storeys[0]
+    points = np.column_stack([rng.uniform(-1, 9, 20000), rng.uniform(-1, 6, 20000), np.full(20000, 2.2)])
+    points += (EAST, NORTH, storey.floor)
+    places = shapely.points(points[:, :2])
+    bodies = [shapely.Polygon(wall.outline) for wall in storey.walls]
+    columns = [shapely.Polygon(column.ring) for column in storey.columns]
+    walls = np.array([shapely.distance(places, body) for body in bodies]).min(axis=0)
+    column = np.array([shapely.distance(places, body) for body in columns]).min(axis=0)
+    inside = shapely.covers(shapely.Polygon(storey.outline), places)
+    labels = tell(lookup, points).classes
+    margin = 0.015  # half a cell's diagonal
+    for kind, distance, other in ((PointClass.WALL, walls, column), (PointClass.COLUMN, column, walls)):
+        assert (labels[(distance < 0.05 - margin) & (other > 0.05 + margin)] == kind).all()
+        assert not (labels[distance > 0.05 + margin] == kind).any()
+    free = (walls > 0.05 + margin) & (column > 0.05 + margin)
+    assert set(labels[free & inside]) == {PointClass.CLUTTER}
+    assert set(labels[free & ~inside]) == {PointClass.OUTSIDE}
+
+
+def test_moving_and_turning_plan_and_points_changes_nothing_but_near_borders(lookup):
+    points = np.concatenate([surface for surface, *_ in TRUTH.values()]) + HERE
+    before = tell(lookup, points)
+    angle = math.radians(28.0)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+
+    def moved(place):
+        return tuple((turn @ (np.array(place) - (EAST, NORTH)) + (12.345, -6.789)).tolist())
+
+    def turned(value):
+        if isinstance(value, tuple):
+            numbers = len(value) == 2 and all(isinstance(part, float) for part in value)
+            return moved(value) if numbers else tuple(turned(part) for part in value)
+        if dataclasses.is_dataclass(value):
+            changed = {f.name: turned(getattr(value, f.name)) for f in dataclasses.fields(value)}
+            if "rotation" in changed:
+                changed["rotation"] += angle
+            return type(value)(**changed)
+        return value
+
+    plan = complete_plan()
+    after = tell(
+        PlanLookup(FloorPlan(tuple(turned(storey) for storey in plan))),
+        np.column_stack([(points[:, :2] - (EAST, NORTH)) @ turn.T + (12.345, -6.789), points[:, 2]]),
+    )
+    # points lie on the faces, 5 cm from the borders of the tolerance; what rests is between jambs and at corners
+    assert (before.classes == after.classes).mean() > 0.995
+    assert (before.walls == after.walls).mean() > 0.995
+
+
+def test_faces_and_outline_alone_are_enough():
+    """The plan as the paper has it: wall faces, no rooms."""
+    corners = [(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)]
+    sides = zip(corners, corners[1:] + corners[:1], strict=True)
+    faces = tuple(WallFace(a, b, id=f"F{i}") for i, (a, b) in enumerate(sides))
+    for outline in (tuple(corners), None):
+        lookup = PlanLookup(FloorPlan((Storey(0, 0.0, 2.5, outline, faces),)))
+        labels = tell(
+            lookup, [(3, 0.0, 1), (6.0, 2, 1), (3, 2, 0.01), (3, 2, 2.49), (3, 2, 1), (3, -2, 1), (3, 0.03, 0)]
+        )
+        expected = ["wall", "wall", "floor", "ceiling", "clutter", "outside", "floor"]
+        assert [PointClass(found).title for found in labels.classes] == expected
+        assert named(lookup.walls, labels.walls[:2]) == {"F0", "F1"}
+
+
+def test_a_hall_goes_through_the_storey_above():
+    """Its upper half is the upper storey's height, where that storey has nothing."""
+    hall = Room(((0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)), floor=0.0, ceiling=6.0, id="hall")
+    office = Room(((10.2, 0.0), (15.0, 0.0), (15.0, 10.0), (10.2, 10.0)), floor=3.0, ceiling=5.5, id="office")
+    wall = Wall((0.0, 0.0), (10.0, 0.0), drawn_thickness=0.1, id="W1")
+    plan = FloorPlan((Storey(0, 0.0, 2.7, rooms=(hall,), walls=(wall,)), Storey(1, 3.0, 5.5, rooms=(office,))))
+    lookup = PlanLookup(plan)
+    labels = tell(lookup, [(5, 5, 4.0), (5, 5, 5.99), (5, 5, 3.0), (12, 5, 3.0), (5, 0.0, 5.0), (12, 5, 1.0)])
+    expected = ["clutter", "ceiling", "clutter", "floor", "wall", "outside"]
+    assert [PointClass(found).title for found in labels.classes] == expected
+    assert named(lookup.rooms, labels.rooms[:3]) == {"hall"}
+
+
+def test_a_low_wall_ends_where_it_ends():
+    wall = Wall((2.0, 2.0), (4.0, 2.0), 0.1, 0.1, height=1.2, id="W1")
+    room = Room(((0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)), floor=0.0, ceiling=2.5)
+    lookup = PlanLookup(FloorPlan((Storey(0, 0.0, 2.5, walls=(wall,), rooms=(room,)),)))
+    labels = tell(lookup, [(3, 2.05, 1.1), (3, 2.05, 1.4)])
+    assert [PointClass(found).title for found in labels.classes] == ["wall", "clutter"]
+
+
+def test_a_door_without_known_wall_or_head():
+    door = Door((2.0, 0.0), (3.0, 0.0), id="D1")
+    lookup = PlanLookup(FloorPlan((Storey(0, 0.0, 2.5, doors=(door,)),)))
+    assert PointClass(tell(lookup, [(2.5, 0.0, 1.0)]).classes[0]) is PointClass.DOOR
+
+
+@pytest.mark.parametrize("tolerance", [0.0, -0.1, 2.0, float("nan")])
+def test_a_tolerance_out_of_range_is_told(tolerance):
+    with pytest.raises(ParameterError, match="tolerance is"):
+        PlanLookup(complete_plan(), tolerance)
+
+
+# ---- files ----
+
+
+WAVEFORM = {*laspy.PointFormat(5).dimension_names} - {*laspy.PointFormat(3).dimension_names}
+
+
+def surfaces() -> tuple[np.ndarray, np.ndarray]:
+    """All points of the truth and their classes."""
+    points = np.concatenate([on_storey(points, 0) for points, *_ in TRUTH.values()])
+    return points, np.concatenate([np.full(len(points), kind) for points, kind, *_ in TRUTH.values()])
+
+
+def write_las(path: Path, points: np.ndarray, point_format: int = 7, version: str = "1.4", scale=0.0001) -> Path:
+    las = laspy.create(point_format=point_format, file_version=version)
+    las.header.scales, las.header.offsets = [scale] * 3, [EAST, NORTH, 0.0]
+    las.add_extra_dim(laspy.ExtraBytesParams("amplitude", "float32", "of the return"))
+    las.x, las.y, las.z = points.T
+    numbers = np.arange(len(points))
+    las.intensity, las.point_source_id, las.amplitude = numbers % 65536, numbers % 17, numbers / 7
+    las.classification[:] = 3
+    las.return_number, las.number_of_returns = numbers % 4 + 1, np.full(len(points), 4)
+    if "gps_time" in las.point_format.dimension_names:
+        las.gps_time = numbers * 0.5
+    if "red" in las.point_format.dimension_names:
+        las.red, las.green, las.blue = numbers % 65536, numbers % 3, numbers % 5
+    las.write(path)
+    return path
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz"])
+@pytest.mark.parametrize(
+    ("point_format", "version"), [(0, "1.2"), (1, "1.2"), (3, "1.2"), (5, "1.3"), (6, "1.4"), (8, "1.4")]
+)
+def test_las_keeps_all_it_carried_and_gets_classes(point_format, version, suffix, tmp_path):
+    points, truth = surfaces()
+    source = write_las(tmp_path / f"in{suffix}", points, point_format, version)
+    out = tmp_path / f"out{suffix}"
+    counts = label_cloud(asbuilt.read(source), complete_plan(), out)
+    before, after = laspy.read(source), laspy.read(out)
+    assert (after.header.version.minor, after.header.point_format.id in (6, 7, 8)) == (4, True)
+    assert after.header.are_points_compressed == (suffix == ".laz")
+    names = set(before.point_format.dimension_names) - {"classification", "scan_angle_rank"} - WAVEFORM
+    assert names <= set(after.point_format.dimension_names)
+    for name in names:
+        np.testing.assert_array_equal(np.asarray(before[name]), np.asarray(after[name]), err_msg=name)
+    np.testing.assert_array_equal(np.asarray(after.classification), truth)
+    assert counts == {kind: int((truth == kind).sum()) for kind in PointClass}
+
+
+def test_las_says_what_the_numbers_mean(tmp_path):
+    points, truth = surfaces()
+    label_cloud(asbuilt.read(write_las(tmp_path / "in.las", points)), complete_plan(), tmp_path / "out.laz")
+    las = laspy.read(tmp_path / "out.laz")
+    names = json.loads(next(vlr for vlr in las.header.vlrs if vlr.user_id == "asbuilt").record_data)
+    walls = np.asarray(las["wall"])
+    start = sum(len(surface) for surface, *_ in list(TRUTH.values())[: list(TRUTH).index("its other face")])
+    assert {names["wall"][number - 1] for number in walls[start : start + 400]} == {"S0-W1"}
+    assert {names["room"][number - 1] for number in np.asarray(las["room"])[:400]} == {"S0-R1"}
+    assert (walls[truth == PointClass.FLOOR] == 0).all()
+    (lookup,) = las.header.vlrs.get("ClassificationLookupVlr")
+    assert lookup.lookups == {int(kind): kind.title for kind in PointClass}
+    assert str(las.header.creation_date) == str(laspy.read(tmp_path / "in.las").header.creation_date)
+
+
+def test_the_same_input_gives_the_same_bytes(tmp_path):
+    source = write_las(tmp_path / "in.laz", surfaces()[0])
+    for name in ("a.laz", "b.laz"):
+        label_cloud(asbuilt.read(source), complete_plan(), tmp_path / name)
+    assert (tmp_path / "a.laz").read_bytes() == (tmp_path / "b.laz").read_bytes()
+
+
+def test_labelling_twice_changes_nothing(tmp_path):
+    source = write_las(tmp_path / "in.las", surfaces()[0])
+    label_cloud(asbuilt.read(source), complete_plan(), tmp_path / "once.las")
+    label_cloud(asbuilt.read(tmp_path / "once.las"), complete_plan(), tmp_path / "twice.las")
+    once, twice = laspy.read(tmp_path / "once.las"), laspy.read(tmp_path / "twice.las")
+    assert once.point_format == twice.point_format
+    np.testing.assert_array_equal(once.points.array, twice.points.array)
+
+
+def test_several_files_of_different_kinds_become_one(tmp_path, monkeypatch):
+    from asbuilt.label import las as writer
+
+    monkeypatch.setattr(writer, "_CHUNK", 1000)  # many chunks
+    points, truth = surfaces()
+    parts = np.array_split(np.arange(len(points)), 3)
+    write_las(tmp_path / "a.las", points[parts[0]], 1, "1.2", 0.001)
+    write_las(tmp_path / "b.laz", points[parts[1]], 7, "1.4", 0.0001)
+    np.savetxt(tmp_path / "c.xyz", points[parts[2]], fmt="%.4f")
+    cloud = asbuilt.read(*(tmp_path / name for name in ("a.las", "b.laz", "c.xyz")))
+    label_cloud(cloud, complete_plan(), tmp_path / "out.laz")
+    las = laspy.read(tmp_path / "out.laz")
+    np.testing.assert_allclose(las.xyz[parts[0]], points[parts[0]], atol=0.00051)
+    np.testing.assert_allclose(las.xyz[parts[1]], points[parts[1]], atol=0.000051)
+    np.testing.assert_allclose(las.xyz[parts[2]], points[parts[2]], atol=0.000051)
+    np.testing.assert_array_equal(np.asarray(las.classification), truth)
+    assert las.header.point_format.id == 7
+    np.testing.assert_array_equal(np.asarray(las.intensity)[parts[1]], np.arange(len(parts[1])))
+    assert set(np.asarray(las.point_source_id)[parts[2]]) == {1}
+
+
+def test_units_and_axes_are_for_looking_up_only(tmp_path):
+    points, truth = surfaces()
+    local = points - (EAST, NORTH, 0.0)
+    millimetres = local[:, [0, 2, 1]] * (1000, 1000, -1000)  # y up
+    np.savetxt(tmp_path / "in.xyz", millimetres, fmt="%.3f")
+    cloud = asbuilt.read(tmp_path / "in.xyz", unit="mm", up="y")
+    label_cloud(cloud, complete_plan(0.0, 0.0), tmp_path / "out.las")
+    las = laspy.read(tmp_path / "out.las")
+    np.testing.assert_allclose(las.xyz, millimetres, atol=0.051)
+    np.testing.assert_array_equal(np.asarray(las.classification), truth)
+
+
+def test_the_crs_goes_with_it(tmp_path):
+    wkt = (
+        'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",DATUM["D",SPHEROID["GRS 1980",6378137,298.257222101]],'
+        'PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],UNIT["metre",1]]'
+    )
+    source = write_las(tmp_path / "in.las", surfaces()[0])
+    las = laspy.read(source)
+    las.header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(wkt))
+    las.header.global_encoding.wkt = True
+    las.write(source)
+    label_cloud(asbuilt.read(source), complete_plan(), tmp_path / "out.laz")
+    assert asbuilt.read(tmp_path / "out.laz").crs == wkt
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="asks Linux for the peak of memory")
+def test_points_are_never_held_as_a_whole(tmp_path):
+    """Ten times the points take the same memory."""
+    points = np.tile(surfaces()[0], (20, 1))
+    export(complete_plan(), tmp_path / "plan.geojson")
+    peaks = []
+    for times in (1, 10):
+        las = laspy.create(point_format=6, file_version="1.4")
+        las.header.scales, las.header.offsets = [0.0001] * 3, [EAST, NORTH, 0.0]
+        las.x, las.y, las.z = np.tile(points, (times, 1)).T
+        las.write(tmp_path / "in.las")
+        script = (
+            "import asbuilt\nfrom asbuilt.label import label_cloud, las\nlas._CHUNK = 2**15\n"
+            f"label_cloud(asbuilt.read({str(tmp_path / 'in.las')!r}), "
+            f"asbuilt.load_plan({str(tmp_path / 'plan.geojson')!r}), {str(tmp_path / 'out.las')!r})\n"
+            "print(next(line.split()[1] for line in open('/proc/self/status') if line.startswith('VmHWM')))"
+        )
+        peaks.append(int(subprocess.check_output([sys.executable, "-c", script])))
+    assert peaks[1] < peaks[0] + 15_000  # KiB; the points alone would take 50 MB more
+
+
+# ---- what can go wrong ----
+
+
+def test_a_file_cut_short_is_one_line_and_leaves_nothing(tmp_path):
+    source = write_las(tmp_path / "in.laz", surfaces()[0])
+    cloud = asbuilt.read(source)
+    source.write_bytes(source.read_bytes()[:-30000])
+    with pytest.raises(InputError) as caught:
+        label_cloud(cloud, complete_plan(), tmp_path / "out.laz")
+    assert str(source) in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.laz"]
+
+
+def test_an_input_is_not_written_over(tmp_path):
+    source = write_las(tmp_path / "in.las", surfaces()[0])
+    content = source.read_bytes()
+    with pytest.raises(OutputError, match="is one of the inputs"):
+        label_cloud(asbuilt.read(source), complete_plan(), source)
+    assert source.read_bytes() == content
+
+
+def test_files_too_far_apart_for_one_las_are_told(tmp_path):
+    a = write_las(tmp_path / "a.las", surfaces()[0], scale=0.00001)
+    np.savetxt(tmp_path / "b.xyz", surfaces()[0] + 1e6, fmt="%.4f")
+    with pytest.raises(InputError, match=r"b\.xyz: points .* label it by itself"):
+        label_cloud(asbuilt.read(a, tmp_path / "b.xyz"), complete_plan(), tmp_path / "out.las")
