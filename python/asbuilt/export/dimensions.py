@@ -54,6 +54,12 @@ class _Side:
         """Unit vector along the walls."""
         return self.outward[1], -self.outward[0]
 
+    @property
+    def reach(self) -> float:
+        """How far its walls reach outward, m along the normal."""
+        corners = [corner for wall in self.walls for corner in (*wall.outline, wall.start, wall.end)]
+        return max(_dot(corner, self.outward) for corner in corners)
+
 
 def dimensions(storey: Storey, metre: float) -> Iterator[Dimension]:
     """The dimensions of a storey, on paper where a metre takes `metre` mm; none where it has no wall faces."""
@@ -64,14 +70,14 @@ def dimensions(storey: Storey, metre: float) -> Iterator[Dimension]:
         yield from _width_and_depth(storey.wall_faces, metre)
         return
     placed = hull.buffer(-2 * _SAME)
-    for side in _sides(storey.walls, hull):
-        first = base = _outermost(hull, side)
+    for side in (part for whole in _sides(storey.walls, hull) for part in _clear(whole, placed, metre)):
+        first = base = side.reach
         level = 0
         for stations in _chains(storey, side):
             levels = _levels(stations, metre)
             base += ((_FIRST if base == first else _STEP) + RAISED * DIMENSION_TEXT * max(level, *levels)) / metre
             level = max(levels)
-            strip = _strip(side, stations, base, metre)
+            strip = _strip(side, (stations[0], stations[-1]), base, 2.5 / metre)
             if strip.intersects(placed):  # of another side, or a wing stands there
                 continue
             placed = placed.union(strip)
@@ -104,6 +110,20 @@ def _sides(walls: Iterable[Wall], hull: BaseGeometry) -> list[_Side]:
             side.low, side.high = min(side.low, other.low), max(side.high, other.high)
         sides.append(side)
     return sorted(sides, key=lambda side: side.low - side.high)
+
+
+def _clear(side: _Side, building: BaseGeometry, metre: float) -> list[_Side]:
+    """The side as it is; where its chains would run across the building, its walls by how far out they lie."""
+    depth = (_FIRST + 2 * _STEP) / metre
+    if not _strip(side, (side.low, side.high), side.reach + depth / 2, depth / 2).intersects(building):
+        return [side]
+    parts: dict[int, _Side] = {}
+    for wall in side.walls:
+        low, high = sorted(_dot(end, side.along) for end in (wall.start, wall.end))
+        part = parts.setdefault(round(_dot(wall.start, side.outward)), _Side(side.outward, [], low, high))
+        part.walls.append(wall)
+        part.low, part.high = min(part.low, low), max(part.high, high)
+    return sorted(parts.values(), key=lambda part: part.low - part.high)
 
 
 def _outward(wall: Wall, hull: BaseGeometry) -> Point | None:
@@ -205,18 +225,9 @@ def main_direction(ends: NDArray[np.float64]) -> float:
     return float(np.angle(np.exp(4j * angles[best])) / 4)
 
 
-def _outermost(hull: BaseGeometry, side: _Side) -> float:
-    """How far the building reaches outward beside a side, m along its normal."""
-    inside = shapely.transform(hull, lambda xy: np.stack([xy @ np.array(side.along), xy @ np.array(side.outward)], -1))
-    _, low, _, high = inside.bounds
-    beside = inside.intersection(shapely.box(side.low, low - 1, side.high, high + 1))
-    return float(beside.bounds[3]) if not beside.is_empty else high
-
-
-def _strip(side: _Side, stations: list[float], base: float, metre: float) -> Polygon:
-    """The paper that a chain takes, in metres."""
-    low, high = base - 2.0 / metre, base + 3.0 / metre
-    ends = stations[0] - 1.0 / metre, stations[-1] + 1.0 / metre
+def _strip(side: _Side, ends: tuple[float, float], middle: float, half: float) -> Polygon:
+    """A strip along a side between its ends, `half` to each side of its middle, all m."""
+    low, high = middle - half, middle + half
     return Polygon([_at(side, u, v) for u, v in ((ends[0], low), (ends[1], low), (ends[1], high), (ends[0], high))])
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import product
 
 import shapely
 from shapely import Point as ShapelyPoint
@@ -16,8 +18,8 @@ from asbuilt.export.marks import Tag, TagLine, tag_height, text_width
 from asbuilt.export.symbols import polygons
 from asbuilt.plan import Door, Room, Storey
 
-_SIZES = (1.0, 0.75, 0.55)
-"""Shares of the full height of text that are tried, largest first."""
+_SIZES = (1.0, 0.75)
+"""Shares of the full height of text that are tried; smaller text could not be read."""
 _CLEAR = 0.8
 """Between a tag and what is around it, mm of paper."""
 
@@ -44,17 +46,16 @@ def room_lines(room: Room) -> tuple[TagLine, ...]:
 
 
 def _placed(room: Room, shape: BaseGeometry, free: BaseGeometry, metre: float) -> Tag:
-    """The largest tag that fits, level before turned, in free space before on top of something."""
+    """The tag that fits: whole before without its last lines, in free space before on top of something, level."""
     lines = room_lines(room)
-    for size in _SIZES:
-        scaled = tuple(TagLine(line.name, line.text, round(size * line.height, 2)) for line in lines)
+    shorter = [lines[:count] for count in range(len(lines), 0, -1)]
+    for said, space, turn, size in product(shorter, (free, shape), (0.0, math.pi / 2), _SIZES):
+        scaled = tuple(replace(line, height=round(size * line.height, 2)) for line in said)
         width = max(text_width(line.text, line.height, line is scaled[0]) for line in scaled) + 2 * _CLEAR
         height = tag_height(scaled) + 2 * _CLEAR
-        for space in (free, shape):
-            for turn in (0.0, math.pi / 2):
-                at = _middle(space, width / metre, height / metre, turn)
-                if at is not None:
-                    return Tag((at.x, at.y), scaled, turn, layer=marks.ROOM_TAG, id=room.id)
+        at = _middle(space, width / metre, height / metre, turn)
+        if at is not None:
+            return Tag((at.x, at.y), scaled, turn, layer=marks.ROOM_TAG, id=room.id)
     point = shape.representative_point()
     return Tag((point.x, point.y), scaled, layer=marks.ROOM_TAG, id=room.id)
 

@@ -56,7 +56,7 @@ WALL_CENTRELINE = Layer("A-WALL-CNTR", 0.13, 8, dashes=(6.0, 1.0, 0.6, 1.0), sho
 DOOR = Layer("A-DOOR", 0.25, 3)
 DOOR_SWING = Layer("A-DOOR-SWNG", 0.13, 3)
 DOOR_HEAD = Layer("A-DOOR-HEAD", 0.13, 3, dashes=_DASHED)
-GLAZING = Layer("A-GLAZ", 0.18, 4)
+GLAZING = Layer("A-GLAZ", 0.13, 4)
 UNKNOWN_OPENING = Layer("A-OPNG-UNKN", 0.18, 30, dashes=_DASHED)
 COLUMN = Layer("A-COLS", 0.35, 6)
 COLUMN_PATTERN = Layer("A-COLS-PATT", 0.0, 8, 0.45)

@@ -26,6 +26,8 @@ _SHORTEST = 0.03
 """Shorter rests of a side are rounding, m."""
 _LEAF = 0.04
 """Thickness that a door leaf is drawn with, m."""
+_GLASS = 0.025
+"""Half the distance of the two lines of a window's glass, m."""
 _RISER = 0.175
 """A flight is drawn with steps of about this height, m; their number is not measured."""
 
@@ -150,11 +152,11 @@ def _swing(door: Door, hole: _Hole) -> Iterator[Mark]:
 
 
 def _window(window: Window, hole: _Hole) -> Iterator[Mark]:
-    """Reveals, the sill's edges and two panes."""
+    """Reveals, the sill's edges, and the glass: two lines where the wall has room for them at 1:100, else one."""
     yield from _across(hole, (0.0, hole.width), marks.GLAZING, window.id)
-    middle, pane = (hole.low + hole.high) / 2, 0.012
-    edges = {hole.low, hole.high, middle - pane, middle + pane}
-    yield from _along(hole, sorted(edges), marks.GLAZING, window.id)
+    middle = (hole.low + hole.high) / 2
+    glass = {middle - _GLASS, middle + _GLASS} if hole.high - hole.low > 8 * _GLASS else {middle}
+    yield from _along(hole, sorted({hole.low, hole.high} | glass), marks.GLAZING, window.id)
 
 
 def _unknown_opening(opening: Opening, hole: _Hole) -> Iterator[Mark]:
@@ -176,12 +178,13 @@ def _stair(stair: Stair) -> Iterator[Mark]:
     yield Stroke(stair.ring, True, layer=marks.STAIR, id=stair.id)
     if len(stair.path) < 2:
         return
-    path, outline = LineString(stair.path), Polygon(stair.ring)
+    path, outline = LineString(stair.path), shapely.make_valid(Polygon(stair.ring))
     count = max(round((stair.rise or 0.0) / _RISER), 1)
     for step in range(1, count):
-        line = _step(path, path.length * step / count).intersection(outline)
-        for part in _lines(line):
-            yield Stroke(tuple(part.coords), layer=marks.STAIR, id=stair.id)
+        across = _step(path, path.length * step / count, 0.6 * outline.area / path.length)
+        for part in _lines(across.intersection(outline)):
+            if part.distance(path) < 0.1:  # not the next flight's part of the line
+                yield Stroke(tuple(part.coords), layer=marks.STAIR, id=stair.id)
     yield Stroke(stair.path, layer=marks.STAIR, id=stair.id)
     yield Arc(stair.path[0], 0.05, layer=marks.STAIR, id=stair.id)
     tip, before = stair.path[-1], path.interpolate(path.length - min(0.2, path.length / 2))
@@ -190,13 +193,13 @@ def _stair(stair: Stair) -> Iterator[Mark]:
     yield Stroke((barbs[0], tip, barbs[1]), layer=marks.STAIR, id=stair.id)
 
 
-def _step(path: LineString, distance: float) -> LineString:
-    """A line across the path, longer than any stair is wide."""
-    a, b = path.interpolate(max(distance - 0.01, 0.0)), path.interpolate(distance + 0.01)
+def _step(path: LineString, distance: float, half: float) -> LineString:
+    """A line across the path, `half` to each side; where the path turns, across its direction over a step or so."""
+    a, b = (path.interpolate(min(max(distance + ahead, 0.0), path.length)) for ahead in (-0.15, 0.15))
     length = math.hypot(b.x - a.x, b.y - a.y) or 1.0
-    nx, ny = -(b.y - a.y) / length * 3.0, (b.x - a.x) / length * 3.0
-    x, y = (a.x + b.x) / 2, (a.y + b.y) / 2
-    return LineString([(x - nx, y - ny), (x + nx, y + ny)])
+    nx, ny = -(b.y - a.y) / length * half, (b.x - a.x) / length * half
+    middle = path.interpolate(distance)
+    return LineString([(middle.x - nx, middle.y - ny), (middle.x + nx, middle.y + ny)])
 
 
 def _across(hole: _Hole, places: Iterable[float], layer: Layer, name: str) -> Iterator[Stroke]:
