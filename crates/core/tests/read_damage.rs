@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use asbuilt_core::Error;
-use asbuilt_core::read::{formats, open};
+use asbuilt_core::read::{formats, open, open_coarse};
 use read_support::{data, fixtures, read, scratch, write};
 
 /// Remembers how much was allocated at most.
@@ -137,6 +137,38 @@ fn flipped_bytes_do_no_harm() {
         }
         std::fs::remove_file(path).unwrap();
     }
+}
+
+#[test]
+fn damaged_hierarchies_do_no_harm() {
+    let _alone = alone();
+    let mut numbers = Numbers(0xc0bc);
+    let bytes = std::fs::read(data().join("copc.laz")).unwrap();
+    let path = scratch("hierarchy.copc.laz");
+    // The root's place stands in the first record; its entries behind the points.
+    let root = u64::from_le_bytes(bytes[375 + 54 + 40..375 + 54 + 48].try_into().unwrap()) as usize;
+    for round in 0..20 * rounds() {
+        let mut damaged = bytes.clone();
+        let place = if round % 3 > 0 { root + numbers.below(96) } else { 375 + 54 + 32 + numbers.below(24) };
+        damaged[place] = [0xff, 0x80, 1, numbers.next() as u8][numbers.below(4)];
+        std::fs::write(&path, &damaged).unwrap();
+        for spacing in [1.0, 1e-9] {
+            let before = NOW.load(Relaxed);
+            PEAK.store(before, Relaxed);
+            if let Ok(source) = open_coarse(&path, Some(spacing)) {
+                let _ = (0..source.parts()).try_for_each(|part| source.read(part, &mut |_| Ok(())).map(drop));
+            }
+            assert!(PEAK.load(Relaxed) - before < BOUND);
+        }
+    }
+    // A page that names itself.
+    let mut circle = bytes.clone();
+    circle[root + 28..root + 32].copy_from_slice(&(-1i32).to_le_bytes());
+    circle[root + 16..root + 24].copy_from_slice(&(root as u64).to_le_bytes());
+    circle[root + 24..root + 28].copy_from_slice(&96u32.to_le_bytes());
+    std::fs::write(&path, &circle).unwrap();
+    let message = open_coarse(&path, Some(0.1)).err().unwrap().to_string();
+    assert!(message.contains("COPC hierarchy does not fit"), "{message}");
 }
 
 /// E57 pages with the checksums made right again, so that damage gets past them.

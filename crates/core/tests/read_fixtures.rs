@@ -2,7 +2,7 @@
 
 mod read_support;
 
-use asbuilt_core::read::open;
+use asbuilt_core::read::{open, open_coarse};
 use e57::{CartesianCoordinate, E57Reader, E57Writer, Record, RecordDataType, RecordName, RecordValue};
 use read_support::{data, expected, fixtures, read, read_part, scratch};
 
@@ -121,6 +121,24 @@ fn chunks_of_laz_are_parts() {
         let counts: Vec<_> = (0..source.parts()).map(|part| read_part(&*source, part).unwrap().0.len()).collect();
         assert_eq!(counts.iter().sum::<usize>(), 100_050);
     }
+}
+
+#[test]
+fn a_preview_of_copc_is_its_upper_levels() {
+    // A root of 80 points, 1 m apart by its own account, and two nodes below it.
+    let (path, all) = (data().join("copc.laz"), expected("copc"));
+    for (spacing, count) in [(Some(3.0), 80), (Some(1.0), 80), (Some(0.99), 240), (Some(0.01), 240), (None, 240)] {
+        let source = open_coarse(&path, spacing).unwrap();
+        let points: Vec<_> = (0..source.parts()).flat_map(|part| read_part(source.as_ref(), part).unwrap().0).collect();
+        assert_eq!((points.len(), source.header().points), (count, Some(count as u64)), "{spacing:?}");
+        for ((found, scan), row) in points.iter().zip(&all) {
+            assert!((0..3).all(|axis| (found[axis] - row[axis]).abs() < 1e-9) && f64::from(*scan) == row[3]);
+        }
+        let is_said = source.header().notes.iter().any(|note| note == "preview: 80 of 240 points, evenly spread");
+        assert_eq!(is_said, count == 80);
+    }
+    // Other formats have no levels.
+    assert_eq!(open_coarse(&data().join("las14_format7.laz"), Some(1.0)).unwrap().header().points, Some(150));
 }
 
 #[test]
