@@ -8,6 +8,7 @@ out of it by `Evidence.occupied`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -60,6 +61,10 @@ class Evidence:
         OutputError : it cannot be written.
         """
         self.core.save(path, self.provenance.to_text())
+
+    def __reduce__(self) -> tuple[Callable[..., Evidence], tuple[bytes, tuple[InputError, ...]]]:
+        # between processes evidence travels as the bytes of its file
+        return _unpickle, (self.core.to_bytes(self.provenance.to_text()), self.errors)
 
     @property
     def crs(self) -> str | None:
@@ -144,6 +149,11 @@ class Evidence:
         provenance = Provenance.of_all(evidence.provenance for evidence in (self, *others))
         errors = tuple(error for evidence in (self, *others) for error in evidence.errors)
         return Evidence(self.core.merged(*(other.core for other in others)), provenance, errors)
+
+
+def _unpickle(data: bytes, errors: tuple[InputError, ...]) -> Evidence:
+    core, text = _core.Evidence.from_bytes(data)
+    return Evidence(core, Provenance.from_text(text), errors)
 
 
 def evidence_from_points(points: FloatArray, parameters: EvidenceParameters | None = None, scan: str = "") -> Evidence:

@@ -39,6 +39,12 @@ def evidence_command(
     preview: Annotated[
         bool, typer.Option("--preview", help="Of COPC read only points down to half a voxel's spacing.")
     ] = False,
+    dask: Annotated[
+        str | None,
+        typer.Option(
+            metavar="tcp://HOST:8786", help="Let the workers of this dask scheduler read.", show_default=False
+        ),
+    ] = None,
     unit: Unit = "m",
     up: Up = "z",
     skip_bad: SkipBad = False,
@@ -56,6 +62,10 @@ def evidence_command(
 
         asbuilt evidence tuesday/*.e57 --add-to school.evidence -o school.evidence
 
+    A campus, by the workers of a dask cluster that see the files under the same paths:
+
+        asbuilt evidence /campus/**/*.e57 --dask tcp://scheduler:8786 -o campus.evidence
+
     Interrupted, it goes on where it was when the same command is given again: until all is read, the evidence of each
     file that is done lies in OUT.evidence.parts. The bytes are the same as without the interruption.
 
@@ -70,14 +80,20 @@ def evidence_command(
         parameters = EvidenceParameters(voxel, occupancy, preview)
     cloud = asbuilt.read(*inputs, *add_to or (), unit=unit, up=up, skip_bad=skip_bad)
     parts = output.with_name(f"{output.name}.parts")
-    if parts.is_dir() and any(parts.iterdir()):
-        say(f"asbuilt: resuming from {parts}")
     with progress_bar("reading") as progress:
-        evidence = asbuilt.gather_evidence(
-            cloud, parameters, threads=threads, progress=progress, skip_bad=skip_bad, resume=parts
-        )
+        if dask is not None:
+            from asbuilt.cluster import gather_evidence_on_cluster
+
+            evidence = gather_evidence_on_cluster(cloud, dask, parameters, progress=progress, skip_bad=skip_bad)
+        else:
+            if parts.is_dir() and any(parts.iterdir()):
+                say(f"asbuilt: resuming from {parts}")
+            evidence = asbuilt.gather_evidence(
+                cloud, parameters, threads=threads, progress=progress, skip_bad=skip_bad, resume=parts
+            )
     evidence.save(output)
-    shutil.rmtree(parts)
+    if dask is None:
+        shutil.rmtree(parts)
     _print_summary(evidence, output)
     for error in evidence.errors:
         say(f"asbuilt: left out: {error}")
