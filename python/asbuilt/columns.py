@@ -120,7 +120,8 @@ def find_clusters(voxels: StoreyVoxels) -> list[IntArray]:
     standing = (voxels.z > 0.3) & (voxels.z < voxels.height - 0.15)
     if not standing.any():
         return []
-    first, cells = _cells(voxels.index)
+    first = voxels.first
+    cells = voxels.index[first[:-1]].astype(np.int64)
     filled = np.add.reduceat(standing, first[:-1], dtype=np.int64)
     usual = float(np.percentile(filled[filled > 0.3 * filled.max()], 75))
     margin = max(gap for _, gap in _TALL)
@@ -146,14 +147,6 @@ def find_clusters(voxels: StoreyVoxels) -> list[IntArray]:
                 members = np.concatenate([np.arange(first[i], first[i + 1]) for i in part])
                 clusters[tuple(part.tolist())] = members[standing[members]]
     return list(clusters.values())
-
-
-def _cells(index: IntArray) -> tuple[IntArray, IntArray]:
-    """Where each ground cell's voxels begin, and past the last; and the cells (n, 2). Voxels come sorted by cell."""
-    x, y = np.ascontiguousarray(index.T)
-    new = np.flatnonzero((np.diff(x) != 0) | (np.diff(y) != 0)) + 1
-    first = np.concatenate([[0], new, [len(index)]])
-    return first, index[first[:-1]].astype(np.int64)
 
 
 def _widened(image: BoolArray) -> BoolArray:

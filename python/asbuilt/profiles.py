@@ -7,6 +7,7 @@ heights they fill and where, to a millimetre, their points lie.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,6 +48,13 @@ class StoreyVoxels:
     voxel: float
     height: float
     thinness: float = 0.0
+
+    @cached_property
+    def first(self) -> IntArray:
+        """Where the voxels of each ground cell begin, and past the last: they come sorted by cell, and upwards."""
+        x, y = np.ascontiguousarray(self.index.T)
+        new = np.flatnonzero((np.diff(x) != 0) | (np.diff(y) != 0)) + 1
+        return np.concatenate([[0], new, [len(x)]]) if len(x) else np.zeros(1, dtype=np.int64)
 
 
 def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> StoreyVoxels:
