@@ -171,9 +171,14 @@ def look_behind(sides: WallSides) -> BoolArray:
     seen = sides.body & inside[:, None]
     seen &= (z > sides.floor[:, None] + 0.1) & (z < sides.ceiling[:, None] - 0.02)
     beyond = (sides.depth > PLANE) & (sides.depth < np.maximum(sides.twin - PLANE, 2 * PLANE)[sides.column])
-    going_on = beyond & (np.abs(sides.z - sides.floor[sides.column]) < 0.08)
-    through = np.unique(sides.column[going_on])
-    through = through[inside[through] & (lower[through] < 0.2)]
+    above = sides.z - sides.floor[sides.column]
+    going_on = beyond & (above > -0.08) & (above < 0.16)
+    open_below = inside & (lower < 0.2)
+    through = np.zeros(len(inside), dtype=np.bool_)
+    through[sides.column[going_on]] = True
+    # Of the floor in a thin wall only some voxels lie clear of both planes.
+    through = close_cells((through & open_below)[:, None], round(0.4 / sides.step), 1)[:, 0]
+    through = np.flatnonzero(through & open_below)
     seen[through, _row(sides, sides.floor[through])] = True
     return seen
 
@@ -455,30 +460,40 @@ def _jamb(sides: WallSides, voxels: StoreyVoxels, box: Box, at_end: bool) -> tup
 
 
 def pair_holes(holes: list[Hole]) -> list[list[Hole]]:
-    """Holes that are the same opening seen from both sides of its wall, the better seen first."""
+    """Holes that are the same opening seen from both sides of its wall, the better seen first.
+
+    A hole that lies behind or before another one and looks the same way is the same opening once more: a pane or a
+    frame makes a plane of its own.
+    """
     pairs: list[list[Hole]] = []
     for hole in sorted(holes, key=lambda h: (-h.score, h.side, h.low)):
-        for pair in pairs:
-            if len(pair) == 1 and _is_behind(pair[0], hole):
-                pair.append(hole)
-                break
-        else:
+        together = next((pair for pair in pairs if _are_one(pair[0], hole)), None)
+        if together is None:
             pairs.append([hole])
+        elif len(together) == 1 and _facing(together[0], hole) < 0:
+            together.append(hole)
     return pairs
 
 
-def _is_behind(a: Hole, b: Hole) -> bool:
-    """Whether two holes are in opposite sides of one wall, at the same place."""
-    along = (a.end - a.start) / max(float(np.hypot(*(a.end - a.start))), 1e-12)
-    back = (b.end - b.start) / max(float(np.hypot(*(b.end - b.start))), 1e-12)
-    if float(along @ back) > -0.96:
+def _facing(a: Hole, b: Hole) -> float:
+    """Cosine of the angle between two holes: -1 where they look away from each other."""
+    along, back = a.end - a.start, b.end - b.start
+    return float(along @ back) / max(float(np.hypot(*along) * np.hypot(*back)), 1e-12)
+
+
+def _are_one(a: Hole, b: Hole) -> bool:
+    """Whether two holes are in one wall, at the same place."""
+    if abs(_facing(a, b)) < 0.96:
         return False
-    relative = np.array([b.end, b.start]) - a.start
-    low, high = relative @ along
-    depth = -(relative @ np.array([-along[1], along[0]]))
     length = float(np.hypot(*(a.end - a.start)))
+    along = (a.end - a.start) / max(length, 1e-12)
+    relative = np.array([b.start, b.end]) - a.start
+    low, high = np.sort(relative @ along)
+    behind = -(relative @ np.array([-along[1], along[0]]))
+    apart = (behind.min(), behind.max()) if _facing(a, b) < 0 else (0.0, np.abs(behind).max() * 2)
     overlap = min(high, length) - max(low, 0.0)
-    return bool(overlap > 0.5 * min(high - low, length) and depth.min() > 0.0 and depth.max() < _THICKEST)
+    lower, upper = max(a.sill, b.sill), min(a.head, b.head)
+    return bool(overlap > 0.5 * min(high - low, length) and apart[0] > -0.05 and apart[1] < _THICKEST and upper > lower)
 
 
 def find_unknown(sides: WallSides, holes: list[Hole]) -> list[FloatArray]:

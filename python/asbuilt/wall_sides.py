@@ -9,6 +9,7 @@ reveal, a frame, a pane, a leaf, the back of a niche.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ _BLANK = 6
 """Columns after each side that stay empty, so that a look around a cell never leaves its side."""
 _BACK = (20, 0.004)
 """So many voxels behind the filled cells of a side, at one depth, are the other side of its wall; and for each cell."""
+_SAME_CIRCLE = 0.25
+"""Arcs whose centres and radii differ less are of one round wall, m."""
 LOWEST = -0.3
 """Height of the lowest row, m: sunken floors."""
 
@@ -97,27 +100,33 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
     step = elevations.step
-    segments, side, base, stretches = _chain(faces, elevations)
-    length = np.hypot(*(segments[:, 2:] - segments[:, :2]).T)
-    ends = np.zeros(int(side.max(initial=-1)) + 1)
-    np.maximum.at(ends, side, base + length)
-    counts = np.ceil(ends / step).astype(np.int64) + _BLANK
+    chains = _chain(faces, elevations)
+    pieces = [piece for chain in chains for piece in chain]
+    segments = np.array([[*piece.start, *piece.end] for piece in pieces]).reshape(-1, 4)
+    length = np.array([piece.length for piece in pieces])
+    side = np.repeat(np.arange(len(chains)), [len(chain) for chain in chains])
+    ends = np.cumsum(length)
+    base = ends - length
+    base = base - base[np.searchsorted(side, side)]
+    counts = np.ceil([sum(piece.length for piece in chain) / step for chain in chains]).astype(np.int64) + _BLANK
     first = np.concatenate([[0], np.cumsum(counts)])
     total = int(first[-1])
 
     covered = np.zeros(total, dtype=np.bool_)
-    for stretch, low, high in stretches:
-        covered[first[stretch] + round(low / step) : first[stretch] + round(high / step)] = True
+    for i, piece in enumerate(pieces):
+        low, high = (first[side[i]] + round(place / step) for place in (base[i], base[i] + piece.length))
+        covered[low:high] |= piece.stands
 
     # A point and a direction for the middle of each column.
     piece_first = first[side] + np.round(base / step).astype(np.int64)
-    piece = np.clip(np.searchsorted(piece_first, np.arange(total), side="right") - 1, 0, max(len(segments) - 1, 0))
+    on = np.clip(np.searchsorted(piece_first, np.arange(total), side="right") - 1, 0, None)
     along = (segments[:, 2:] - segments[:, :2]) / np.maximum(length, 1e-12)[:, None]
     towards = np.column_stack([-along[:, 1], along[:, 0]])
-    at = (np.arange(total) - first[side[piece]] + 0.5) * step - base[piece]
-    middle = segments[piece, :2] + at[:, None] * along[piece]
-    ceiling = ceiling_heights(middle, along[piece], towards[piece], voxels)
-    ceiling = np.where(np.isfinite(ceiling), ceiling, voxels.height)
+    at = (np.arange(total) - first[side[on]] + 0.5) * step - base[on]
+    middle = segments[on, :2] + at[:, None] * along[on]
+    few = slice(None, None, 4)  # a ceiling does not change from column to column
+    ceiling = ceiling_heights(middle[few], along[on[few]], towards[on[few]], voxels)
+    ceiling = np.repeat(np.where(np.isfinite(ceiling), ceiling, voxels.height), 4)[:total]
 
     of_piece, voxel, place, offset = _core.strips(voxels.xy, segments, _DEPTH, 0.0)
     z, depth = voxels.z[voxel], -offset
@@ -125,7 +134,7 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     number = side[of_piece]
     column = first[number] + np.clip((place / step).astype(np.int64), 0, counts[number] - _BLANK - 1)
     floor = _floors(column, z, depth, first, total, step)
-    twin = _twins(faces, segments, middle, piece)
+    twin = _twins(faces, segments, middle, on)
 
     row = np.round((z - LOWEST) / step).astype(np.int64)
     rows = int(np.round((voxels.height + 0.1 - LOWEST) / step)) + 2
@@ -165,56 +174,97 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     )
 
 
-def _chain(
-    faces: list[Face], elevations: Elevations
-) -> tuple[FloatArray, IntArray, FloatArray, list[tuple[int, float, float]]]:
-    """Pieces (m, 4), their sides and where they begin on them, and (side, from, to) of each face, m."""
-    groups: dict[tuple[int, int], list[Face]] = {}
+@dataclass(frozen=True)
+class _Piece:
+    """A straight piece of a side: a face, or what lies between two faces or beyond the last."""
+
+    start: FloatArray
+    end: FloatArray
+    stands: bool = True
+
+    @property
+    def length(self) -> float:
+        return float(np.hypot(*(self.end - self.start)))
+
+
+def _chain(faces: list[Face], elevations: Elevations) -> list[list[_Piece]]:
+    """The pieces of each side, one after the other."""
+    straight: dict[tuple[int, bool], list[Face]] = {}
+    curves: dict[int, list[Face]] = {}
     for face in faces:
         if face.curve is not None:
-            groups.setdefault((-1, face.curve), []).append(face)
+            curves.setdefault(face.curve, []).append(face)
         elif not elevations.partition[face.line]:
-            facing = int(float(face.along @ elevations.along(face.line)) > 0)
-            groups.setdefault((face.line, facing), []).append(face)
-    segments: list[FloatArray] = []
-    side: list[int] = []
-    base: list[float] = []
-    stretches: list[tuple[int, float, float]] = []
-    number = -1
-    for (line, _), group in groups.items():
-        if line >= 0:
-            group = sorted(group, key=lambda face: float(face.start @ group[0].along))
-        last: Face | None = None
-        place = 0.0
-        for face in group:
-            gap = np.inf if last is None else float(np.hypot(*(face.start - last.end)))
-            if last is None or gap > _WIDEST:
-                if last is not None and line >= 0:
-                    segments[-1][2:] += _MARGIN * last.along
-                number, place = number + 1, 0.0
-                margin = _MARGIN if line >= 0 else 0.0
-                segments.append(np.concatenate([face.start - margin * face.along, face.end]))
-                side.append(number)
-                base.append(place)
-                place += margin
-            elif line >= 0:
-                segments[-1][2:] = face.end
-                place += gap
-            else:
-                if gap > 1e-6:
-                    segments.append(np.concatenate([last.end, face.start]))
-                    side.append(number)
-                    base.append(place)
-                    place += gap
-                segments.append(np.concatenate([face.start, face.end]))
-                side.append(number)
-                base.append(place)
-            stretches.append((number, place, place + face.length))
-            place += face.length
-            last = face
-        if last is not None and line >= 0:
-            segments[-1][2:] += _MARGIN * last.along
-    return np.array(segments).reshape(-1, 4), np.array(side, np.int64), np.array(base), stretches
+            facing = float(face.along @ elevations.along(face.line)) > 0
+            straight.setdefault((face.line, facing), []).append(face)
+    chains: list[list[_Piece]] = []
+    for group in straight.values():
+        along = group[0].along
+        for run in _runs(sorted(group, key=lambda face: float(face.start @ along))):
+            before = _Piece(run[0].start - _MARGIN * along, run[0].start, False)
+            after = _Piece(run[-1].end, run[-1].end + _MARGIN * along, False)
+            chains.append([before, *_bridged(run, None), after])
+    for circle, arc in _arcs(list(curves.values())):
+        chains += [_bridged(run, circle) for run in _runs(arc)]
+    return chains
+
+
+def _runs(faces: list[Face]) -> list[list[Face]]:
+    """Faces that follow one another, parted where the gap is too wide to be an opening."""
+    runs = [[faces[0]]]
+    for last, face in pairwise(faces):
+        if float(np.hypot(*(face.start - last.end))) > _WIDEST:
+            runs.append([])
+        runs[-1].append(face)
+    return runs
+
+
+def _bridged(run: list[Face], circle: FloatArray | None) -> list[_Piece]:
+    """The faces of a run as pieces, with pieces across the gaps between them, along the circle where there is one."""
+    pieces = [_Piece(run[0].start, run[0].end)]
+    for face in run[1:]:
+        gap = _Piece(pieces[-1].end, face.start, False)
+        if gap.length > 1e-6:
+            corners = [gap.start, gap.end]
+            if circle is not None:
+                relative = np.array(corners) - circle[:2]
+                angle = np.unwrap(np.arctan2(relative[:, 1], relative[:, 0]))
+                turns = np.linspace(angle[0], angle[-1], int(gap.length / 0.3) + 2)[1:-1]
+                arc = circle[:2] + abs(circle[2]) * np.column_stack([np.cos(turns), np.sin(turns)])
+                corners[1:1] = list(arc)
+            pieces += [_Piece(a, b, False) for a, b in pairwise(corners)]
+        pieces.append(_Piece(face.start, face.end))
+    return pieces
+
+
+def _arcs(curves: list[list[Face]]) -> list[tuple[FloatArray, list[Face]]]:
+    """Circles (centre x, y and radius, m) and the chords on each: doors part a round wall into several curves.
+
+    Seen from inside the radius counts positive, from outside negative.
+    """
+    circles: list[tuple[FloatArray, list[Face]]] = []
+    for chords in curves:
+        tips = np.array([chords[0].start, *(chord.end for chord in chords)])
+        terms = np.column_stack([2 * (tips - tips[0]), np.ones(len(tips))])
+        solution = np.linalg.lstsq(terms, ((tips - tips[0]) ** 2).sum(axis=1), rcond=None)[0]
+        centre = tips[0] + solution[:2]
+        inside = float((centre - tips[0]) @ chords[0].normal) > 0
+        circle = np.array([*centre, np.hypot(*(tips[0] - centre)) * (1 if inside else -1)])
+        same = next((arc for other, arc in circles if np.abs(other - circle).max() < _SAME_CIRCLE), None)
+        if same is None:
+            circles.append((circle, list(chords)))
+        else:
+            same += chords
+    return [(circle, _in_turn(circle, arc)) for circle, arc in circles]
+
+
+def _in_turn(circle: FloatArray, arc: list[Face]) -> list[Face]:
+    """Chords of a circle in their order, from after the widest gap between them."""
+    middle = np.array([(chord.start + chord.end) / 2 for chord in arc]) - circle[:2]
+    angle = np.arctan2(middle[:, 1], middle[:, 0]) * np.sign(circle[2])
+    order = np.argsort(angle, kind="stable")
+    gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
+    return [arc[i] for i in np.roll(order, -int(gaps.argmax()) - 1)]
 
 
 def _floors(column: IntArray, z: FloatArray, depth: FloatArray, first: IntArray, total: int, step: float) -> FloatArray:
@@ -278,5 +328,6 @@ def close_cells(cells: BoolArray, across: int, up: int) -> BoolArray:
     """Fill gaps of less than so many cells of a picture of sides (c, k); its borders stay as they are."""
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
-    closed: BoolArray = ndimage.binary_closing(np.pad(cells, 6), np.ones((across, up)))[6:-6, 6:-6]
+    padded = np.pad(cells, ((across, across), (up, up)))
+    closed: BoolArray = ndimage.binary_closing(padded, np.ones((across, up)))[across:-across, up:-up]
     return closed
