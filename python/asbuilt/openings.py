@@ -7,6 +7,7 @@ its plane too, but shows nothing behind it.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal, TypedDict
@@ -178,8 +179,8 @@ def look_behind(sides: WallSides) -> BoolArray:
     through[sides.column[going_on]] = True
     # Of the floor in a thin wall only some voxels lie clear of both planes.
     through = close_cells((through & open_below)[:, None], round(0.4 / sides.step), 1)[:, 0]
-    through = np.flatnonzero(through & open_below)
-    seen[through, _row(sides, sides.floor[through])] = True
+    passed = np.flatnonzero(through & open_below)
+    seen[passed, _row(sides, sides.floor[passed])] = True
     return seen
 
 
@@ -201,6 +202,11 @@ def find_boxes(sides: WallSides, seen: BoolArray) -> list[Box]:
     return [
         box for boxes in of_side.values() for whole in _join(boxes, sides, seen) for box in _split(whole, sides, seen)
     ]
+
+
+def _foot(box: Box, sides: WallSides) -> float:
+    """Row below which a box begins that can be walked through."""
+    return float(np.median(_row(sides, sides.floor[box.low : box.high]))) + _SILL / sides.step
 
 
 def _join(boxes: list[Box], sides: WallSides, seen: BoolArray) -> list[Box]:
@@ -483,7 +489,7 @@ def _facing(a: Hole, b: Hole) -> float:
 
 def _are_one(a: Hole, b: Hole) -> bool:
     """Whether two holes are in one wall, at the same place."""
-    if abs(_facing(a, b)) < 0.96:
+    if math.dist(a.start.tolist(), b.start.tolist()) > 2 * _DOOR_WIDTH[1] or abs(_facing(a, b)) < 0.96:
         return False
     length = float(np.hypot(*(a.end - a.start)))
     along = (a.end - a.start) / max(length, 1e-12)
@@ -500,10 +506,11 @@ def find_unknown(sides: WallSides, holes: list[Hole]) -> list[FloatArray]:
     """Start and end (4,), m, of the gaps as wide as a door between the faces of a side in which no hole was seen."""
     gaps = []
     for side, (first, last) in enumerate(pairwise(sides.first)):
-        covered = first + np.flatnonzero(sides.covered[first:last])
-        for before, after in pairwise(covered):
-            low, high = ((column - first) * sides.step for column in (before + 1, after))
-            if not _DOOR_WIDTH[0] < high - low < _DOOR_WIDTH[1]:
+        covered = np.flatnonzero(sides.covered[first:last])
+        gaps_after = np.flatnonzero(np.diff(covered) > _DOOR_WIDTH[0] / sides.step)
+        for i in gaps_after:
+            low, high = (covered[i] + 1) * sides.step, covered[i + 1] * sides.step
+            if high - low > _DOOR_WIDTH[1]:
                 continue
             start, end = sides.at(side, low)[0], sides.at(side, high)[0]
             if not any(_shares(start, end, hole) for hole in holes):

@@ -25,7 +25,9 @@ BoolArray = NDArray[np.bool_]
 PLANE = 0.022
 """Voxels whose mean lies this near are on the plane, m."""
 _DEPTH = 0.35
-"""How far before and behind the plane is looked, m; reveals of thicker walls begin at the plane all the same."""
+"""How far behind the plane is looked, m; reveals of thicker walls begin at the plane all the same."""
+_BEFORE = 0.15
+"""And how far before it, m."""
 _MARGIN = 1.6
 """A side goes on beyond its last face by this much: a door may stand in the corner of a room, m."""
 _WIDEST = 4.0
@@ -97,8 +99,6 @@ class WallSides:
 
 def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels) -> WallSides:
     """Lay out the sides on which faces stand; those of free-standing partitions are left out."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
     step = elevations.step
     chains = _chain(faces, elevations)
     pieces = [piece for chain in chains for piece in chain]
@@ -124,12 +124,16 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     towards = np.column_stack([-along[:, 1], along[:, 0]])
     at = (np.arange(total) - first[side[on]] + 0.5) * step - base[on]
     middle = segments[on, :2] + at[:, None] * along[on]
-    few = slice(None, None, 4)  # a ceiling does not change from column to column
+    few = slice(None, None, 8)  # a ceiling does not change from column to column
     ceiling = ceiling_heights(middle[few], along[on[few]], towards[on[few]], voxels)
-    ceiling = np.repeat(np.where(np.isfinite(ceiling), ceiling, voxels.height), 4)[:total]
+    ceiling = np.repeat(np.where(np.isfinite(ceiling), ceiling, voxels.height), 8)[:total]
 
-    of_piece, voxel, place, offset = _core.strips(voxels.xy, segments, _DEPTH, 0.0)
-    z, depth = voxels.z[voxel], -offset
+    # Further behind the plane than before it.
+    shift = (_DEPTH - _BEFORE) / 2
+    of_piece, voxel, place, offset = _core.strips(
+        voxels.xy, segments - shift * np.tile(towards, 2), _DEPTH - shift, 0.0
+    )
+    z, depth = voxels.z[voxel], shift - offset
     place = place + base[of_piece]
     number = side[of_piece]
     column = first[number] + np.clip((place / step).astype(np.int64), 0, counts[number] - _BLANK - 1)
@@ -147,7 +151,7 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
 
     wall = close_cells(picture((np.abs(depth) < PLANE) & (z > floor[column] + 0.08)), 4, 3)
     # What lies behind a filled stretch of the plane was seen from the other side.
-    solid = ndimage.binary_erosion(wall, np.ones((7, 7)))
+    solid = ~_grown(~wall, 7, 7)
     hidden = solid[column, row] & (depth > PLANE)
     cells = np.add.reduceat(solid.sum(axis=1), first[:-1]).astype(np.float64) if total else np.zeros(0)
     back = np.repeat(_back(number[hidden], depth[hidden], cells), counts)
@@ -326,8 +330,16 @@ def _back(side: IntArray, depth: FloatArray, cells: FloatArray) -> FloatArray:
 
 def close_cells(cells: BoolArray, across: int, up: int) -> BoolArray:
     """Fill gaps of less than so many cells of a picture of sides (c, k); its borders stay as they are."""
+    padded = np.pad(cells, ((across, across), (up, up)))
+    return ~_grown(~_grown(padded, across, up), across, up, 1)[across:-across, up:-up]
+
+
+def _grown(cells: BoolArray, across: int, up: int, other: int = 0) -> BoolArray:
+    """Cells with those about them, in a window of so many; `other` takes the window's other middle where it is even."""
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
-    padded = np.pad(cells, ((across, across), (up, up)))
-    closed: BoolArray = ndimage.binary_closing(padded, np.ones((across, up)))[across:-across, up:-up]
-    return closed
+    grown = cells.view(np.uint8)
+    for axis, size in enumerate((across, up)):
+        if size > 1:
+            grown = ndimage.maximum_filter1d(grown, size, axis, origin=-other * (1 - size % 2))
+    return grown.view(np.bool_)
