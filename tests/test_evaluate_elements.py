@@ -92,6 +92,12 @@ def test_one_merged_room_finds_neither():
     assert (totals.precision, totals.recall) == (0, 0)
 
 
+def test_a_hole_is_no_part_of_a_room():
+    hollow = Room(box(0, 0, 10, 1).ring, 5.2, holes=(box(1, 0.1, 7, 0.9).ring,))
+    assert measure_rooms([hollow], [box(0, 0, 10, 1)]).ious == ()
+    assert measure_rooms([hollow], [hollow]).ious == (exactly(1),)
+
+
 def test_rooms_empty_and_bow_tie():
     assert measure_rooms([], []).to_json()["recall"] is None
     bow = Room(((0, 0), (1, 1), (1, 0), (0, 1)), 0.5)
@@ -112,6 +118,18 @@ def test_thickness_is_compared_with_the_distance_of_the_true_faces():
     totals = measure_thickness(plan, truth, associate(plan.lines, truth.truth_lines))
     assert totals.errors == (exactly(0.003),)
     assert totals.measured == 3
+
+
+def test_thickness_of_a_wall_whose_faces_stop_at_a_door():
+    left, right = [(0, 0, 2, 0), (3, 0, 5, 0)], [(5, -0.2, 3, -0.2), (2, -0.2, 0, -0.2)]
+    truth = DrawingStorey(0, 0.0, tuple(Face(line) for line in left + right))
+    faces = tuple(Face(face.line, f"{i}") for i, face in enumerate(truth.faces))
+    walls = (Wall(("0", "1", "2", "3"), 0.19), Wall(("0", "1"), 0.19))
+    totals = measure_thickness(
+        DrawingStorey(0, 0.0, faces, walls=walls), truth, associate(truth.lines, truth.truth_lines)
+    )
+    assert totals.errors == (exactly(0.01),)
+    assert totals.measured == 2
 
 
 # --- accuracy bands -----------------------------------------------------------------------------------------------

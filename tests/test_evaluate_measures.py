@@ -279,12 +279,13 @@ def parallel_faces(rng, count=12):
 @settings(max_examples=30, deadline=None)
 @given(seeds)
 def test_a_plan_against_itself_is_perfect(seed):
-    _, truth, _, _ = parallel_faces(np.random.default_rng(seed))
-    totals = score(truth, truth)
-    expected = {"precision": 1, "recall": 1, "f": 1, "distance_error": 0, "over_segmentation": 0, "within_15mm": 1}
-    assert figures(totals, without=("orientation_error_deg", "overlap")) == pytest.approx(expected, abs=EXACT)
-    assert totals.overlap == exactly(0)
-    assert totals.matched_ends == (24, 24, 24)
+    rng = np.random.default_rng(seed)
+    perfect = {"precision": 1, "recall": 1, "f": 1, "distance_error": 0, "orientation_error_deg": 0}
+    perfect |= {"over_segmentation": 0, "overlap": 0, "within_15mm": 1}
+    for truth in (parallel_faces(rng)[1], random_plan(rng)[1]):
+        totals = score(truth, truth)
+        assert figures(totals) == pytest.approx(perfect, abs=EXACT)
+        assert totals.matched_ends == (2 * len(truth),) * 3
 
 
 @settings(max_examples=30, deadline=None)
@@ -335,10 +336,12 @@ def test_splitting_changes_over_segmentation_only(seed):
 
 
 @settings(max_examples=30, deadline=None)
-@given(seeds, st.floats(0, 0.049))
+@given(seeds, st.floats(0, 0.29))
 def test_a_perpendicular_shift_changes_the_distance_error_by_as_much(seed, shift):
+    # faces stand a metre apart and detections up to 20 cm beside them: shifted they stay within half of that
     detected, truth, _, across = parallel_faces(np.random.default_rng(seed))
-    before, after = score(detected, truth), score(detected + np.tile(shift * across, 2), truth)
+    shifted = detected + np.tile(shift * across, 2)
+    before, after = (score(lines, truth, max_distance=0.5) for lines in (detected, shifted))
     assert after.distance_error == pytest.approx(before.distance_error + shift, abs=EXACT)
     unchanged = ("distance_error", "within_15mm")
     assert figures(after, unchanged) == pytest.approx(figures(before, unchanged), abs=EXACT)

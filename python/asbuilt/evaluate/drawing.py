@@ -57,11 +57,12 @@ class Opening:
 
 @dataclass(frozen=True)
 class Room:
-    """A room: its ring (x, y; closed or not, m) and its area (m2)."""
+    """A room: its ring (x, y; closed or not, m), its area without holes (m2), and the rings of its holes."""
 
     ring: tuple[tuple[float, float], ...]
     area: float
     properties: dict[str, Any] = field(default_factory=dict)
+    holes: tuple[tuple[tuple[float, float], ...], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -71,10 +71,10 @@ def _add(parts: dict[str, Any], kind: str, properties: dict[str, Any], geometry:
             width = ((line[2] - line[0]) ** 2 + (line[3] - line[1]) ** 2) ** 0.5
         parts.setdefault(f"{kind}s", []).append(Opening(line, float(width), properties))
     elif kind == "room":
-        ring = tuple((float(point[0]), float(point[1])) for point in coordinates[0])
+        ring, *holes = (tuple((float(point[0]), float(point[1])) for point in part) for part in coordinates)
         area = properties.get("area")
         area = float(shapely.Polygon(coordinates[0], coordinates[1:]).area) if area is None else float(area)
-        parts.setdefault("rooms", []).append(Room(ring, area, properties))
+        parts.setdefault("rooms", []).append(Room(ring, area, properties, tuple(holes)))
 
 
 def _line(coordinates: Any) -> tuple[float, float, float, float]:

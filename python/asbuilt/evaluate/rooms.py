@@ -100,5 +100,5 @@ def measure_rooms(detected: Sequence[Room], truth: Sequence[Room]) -> RoomTotals
 
 
 def _polygons(rooms: Sequence[Room]) -> Any:
-    polygons = [shapely.Polygon(room.ring) if len(room.ring) > 2 else shapely.Polygon() for room in rooms]
+    polygons = [shapely.Polygon(room.ring, room.holes) if len(room.ring) > 2 else shapely.Polygon() for room in rooms]
     return shapely.make_valid(np.array(polygons))

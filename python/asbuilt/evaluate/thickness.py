@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,6 +11,9 @@ import numpy as np
 from asbuilt.evaluate.association import Associations
 from asbuilt.evaluate.drawing import DrawingStorey, Floats
 from asbuilt.evaluate.measures import median
+
+#: Faces that lie beside each other by less than this only meet at a corner, m.
+MIN_BESIDE = 0.05
 
 
 @dataclass(frozen=True)
@@ -38,26 +42,47 @@ def measure_thickness(plan: DrawingStorey, truth: DrawingStorey, associations: A
     Returns
     -------
     ThicknessTotals
-        A wall without a measured thickness is not counted. One whose faces associate with nothing, or both with the
-        same true face, is counted but not scored.
+        A wall without a measured thickness is not counted. One whose faces associate with nothing, or with one side of
+        a true wall only, is counted but not scored.
     """
     main = _main_truth(associations, len(plan.faces), len(truth.faces))
     rows = {face.id: i for i, face in enumerate(plan.faces)}
-    lines = truth.lines
     measured, errors = 0, []
     for wall in plan.walls:
         if wall.thickness is None:
             continue
         measured += 1
         sides = sorted({main[rows[face]] for face in wall.faces if face in rows and main[rows[face]] >= 0})
-        if len(sides) == 2:
-            errors.append(abs(wall.thickness - face_distance(lines[sides[0]], lines[sides[1]])))
+        true = true_thickness(truth.lines[sides])
+        if true is not None:
+            errors.append(abs(wall.thickness - true))
     return ThicknessTotals(measured, tuple(errors))
+
+
+def true_thickness(faces: Floats) -> float | None:
+    """Distance, m, between the two sides of a wall, whose faces (n, 4) stop at its doors; None of one side alone.
+
+    Faces that lie beside each other are of different sides, those behind each other of the same. The mean over the
+    pairs, weighted by the length that they lie beside each other.
+    """
+    pairs = [(face_distance(a, b), _length_beside(a, b)) for a, b in itertools.combinations(faces, 2)]
+    beside = sum(length for _, length in pairs if length > MIN_BESIDE)
+    if beside == 0:
+        return None
+    return sum(distance * length for distance, length in pairs if length > MIN_BESIDE) / beside
 
 
 def face_distance(one: Floats, other: Floats) -> float:
     """Distance between two roughly parallel faces, shape (4,) each, m: from each one's middle to the other's line."""
     return (_to_line(one, other) + _to_line(other, one)) / 2
+
+
+def _length_beside(one: Floats, other: Floats) -> float:
+    """Length of `one` that `other` lies beside, m."""
+    step = one[2:] - one[:2]
+    length = float(np.hypot(*step))
+    low, high = np.sort((other.reshape(2, 2) - one[:2]) @ step / length)
+    return max(min(float(high), length) - max(float(low), 0.0), 0.0)
 
 
 def _to_line(segment: Floats, line: Floats) -> float:
