@@ -20,20 +20,15 @@ from asbuilt.elevations import Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.leaves import Leaf, find_leaves
+from asbuilt.opening_boxes import DOOR_WIDTH, SILL, WINDOW_SIZE, Box, Rim, find_boxes, look_behind, measure_rim
 from asbuilt.plan import Door, DoorState, Opening, Point, UnknownOpening, Window
 from asbuilt.profiles import StoreyVoxels
-from asbuilt.wall_sides import LOWEST, PLANE, WallSides, close_cells, unroll_sides
+from asbuilt.wall_sides import LOWEST, PLANE, WallSides, unroll_sides
 
 BoolArray = NDArray[np.bool_]
 
-_DOOR_WIDTH = (0.5, 3.0)
-"""Doors are this wide, m."""
 _DOOR_HEIGHT = 1.75
 """Doors are at least this high, m."""
-_WINDOW_SIZE = (0.35, 0.35)
-"""Windows are at least this wide and high, m."""
-_SILL = 0.25
-"""What begins less than this over the floor can be walked through, m."""
 _LEAF = 0.45
 """A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
 _PANE = 0.015
@@ -73,29 +68,6 @@ class Hung(TypedDict):
     state: DoorState
     hinge: Literal["start", "end"] | None
     swing: Literal["left", "right"] | None
-
-
-@dataclass(frozen=True)
-class Box:
-    """A rectangle of cells of the unrolled sides: columns and rows from `low` and `bottom` to before `high`, `top`."""
-
-    side: int
-    low: int
-    high: int
-    bottom: int
-    top: int
-    cells: int
-
-    def joined(self, other: Box) -> Box:
-        """The rectangle about both."""
-        return Box(
-            self.side,
-            min(self.low, other.low),
-            max(self.high, other.high),
-            min(self.bottom, other.bottom),
-            max(self.top, other.top),
-            self.cells + other.cells,
-        )
 
 
 @dataclass(frozen=True)
@@ -155,168 +127,6 @@ def find_openings(
     return _draw(pair_holes(holes), find_unknown(sides, holes), voxels, storey)
 
 
-def look_behind(sides: WallSides) -> BoolArray:
-    """Which cells (c, k) show something in the body of a wall; in gaps down to the floor, the floor that goes on."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
-    z = LOWEST + np.arange(sides.wall.shape[1], dtype=np.float64) * sides.step
-    upper = _share(sides.wall, z, sides.ceiling - 0.45, sides.ceiling - 0.1)
-    lower = _share(sides.wall, z, sides.floor + 0.15, sides.floor + 1.9)
-    # Beyond its faces a side goes on under a lintel: a door in the corner of a room.
-    lintel = close_cells((upper > 0.25)[:, None], 5, 1)[:, 0]
-    label, _ = ndimage.label(sides.covered | lintel)
-    inside = np.isin(label, np.unique(label[sides.covered]))
-    for first, last in zip(sides.first[:-1], sides.first[1:], strict=True):
-        covered = first + np.flatnonzero(sides.covered[first:last])
-        inside[covered[0] : covered[-1] + 1] = True
-    seen = sides.body & inside[:, None]
-    seen &= (z > sides.floor[:, None] + 0.1) & (z < sides.ceiling[:, None] - 0.02)
-    beyond = (sides.depth > PLANE) & (sides.depth < np.maximum(sides.twin - PLANE, 2 * PLANE)[sides.column])
-    above = sides.z - sides.floor[sides.column]
-    going_on = beyond & (above > -0.08) & (above < 0.16)
-    open_below = inside & (lower < 0.2)
-    through = np.zeros(len(inside), dtype=np.bool_)
-    through[sides.column[going_on]] = True
-    # Of the floor in a thin wall only some voxels lie clear of both planes.
-    through = close_cells((through & open_below)[:, None], round(0.4 / sides.step), 1)[:, 0]
-    passed = np.flatnonzero(through & open_below)
-    seen[passed, _row(sides, sides.floor[passed])] = True
-    return seen
-
-
-def find_boxes(sides: WallSides, seen: BoolArray) -> list[Box]:
-    """Rectangles about what is seen behind the planes; pieces with no wall between them are one."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
-    label, _ = ndimage.label(close_cells(seen, 5, 5) & ~sides.wall, np.ones((3, 3)))
-    label[~seen] = 0
-    counts = np.bincount(label.ravel())
-    of_side: dict[int, list[Box]] = {}
-    for number, slices in enumerate(ndimage.find_objects(label), start=1):
-        if slices is None or counts[number] < 3:
-            continue
-        columns, rows = slices
-        side = int(np.searchsorted(sides.first, columns.start, side="right")) - 1
-        box = Box(side, columns.start, columns.stop, rows.start, rows.stop, int(counts[number]))
-        of_side.setdefault(side, []).append(box)
-    return [
-        box for boxes in of_side.values() for whole in _join(boxes, sides, seen) for box in _split(whole, sides, seen)
-    ]
-
-
-def _foot(box: Box, sides: WallSides) -> float:
-    """Row below which a box begins that can be walked through."""
-    return float(np.median(_row(sides, sides.floor[box.low : box.high]))) + _SILL / sides.step
-
-
-def _join(boxes: list[Box], sides: WallSides, seen: BoolArray) -> list[Box]:
-    while True:
-        joined: list[Box] = []
-        for box in sorted(boxes, key=lambda b: (-b.cells, b.low, b.bottom)):
-            for i, other in enumerate(joined):
-                if _belong(box, other, sides, seen):
-                    joined[i] = other.joined(box)
-                    break
-            else:
-                joined.append(box)
-        if len(joined) == len(boxes):
-            return joined
-        boxes = joined
-
-
-def _belong(a: Box, b: Box, sides: WallSides, seen: BoolArray) -> bool:
-    """Whether two boxes are parts of one opening."""
-    step = sides.step
-    apart = max(a.low, b.low) - min(a.high, b.high)
-    over = max(a.bottom, b.bottom) - min(a.top, b.top)
-    narrower, lower = min(a.high - a.low, b.high - b.low), min(a.top - a.bottom, b.top - b.bottom)
-    if apart <= 1 and over <= 1:
-        return True
-    if over > 0 and -apart >= 0.3 * narrower and narrower * step > 0.25:
-        between = sides.wall[max(a.low, b.low) : min(a.high, b.high), min(a.top, b.top) : max(a.bottom, b.bottom)]
-        return bool(between.mean() < 0.15)
-    if 0 < apart * step < _DOOR_WIDTH[1] - 0.4 and -over >= 0.5 * lower and lower * step > 0.25:
-        left, right = (a, b) if a.low < b.low else (b, a)
-        # Beyond its jamb an opening does not go on; a jamb alone does not yet say on which side it is.
-        if _is_jamb(seen[left.high - 2 : left.high], left, step) or _is_jamb(
-            seen[right.low : right.low + 2], right, step
-        ):
-            return False
-        between = sides.wall[left.high : right.low, max(a.bottom, b.bottom) : min(a.top, b.top)]
-        return bool(between.mean() < 0.15)
-    return False
-
-
-def _is_jamb(edge: BoolArray, box: Box, step: float) -> bool:
-    wide = (box.high - box.low) * step > 0.3
-    return bool(wide and edge[:, box.bottom : box.top].any(axis=0).mean() > 0.5)
-
-
-def _split(box: Box, sides: WallSides, seen: BoolArray) -> list[Box]:
-    """A door and a window that share a frame: part of the box stands on a sill, part of it is filled to the floor."""
-    step = sides.step
-    floor = int(_row(sides, np.median(sides.floor[box.low : box.high])))
-    low = slice(floor + round(0.1 / step), floor + round(0.5 / step))
-    on_sill = sides.wall[box.low : box.high, low].mean(axis=1) > 0.5
-    to_floor = seen[box.low : box.high, low].mean(axis=1) > 0.4
-    least = round(0.4 / step)
-    if on_sill.sum() < least or to_floor.sum() < least:
-        return [box]
-    # The cut that parts the two best.
-    change = np.cumsum(on_sill.astype(np.int64) - to_floor)
-    gain = np.abs(2 * change - change[-1])
-    cut = box.low + int(gain.argmax()) + 1
-    parts = [_shrunk(replace(box, high=cut), seen), _shrunk(replace(box, low=cut), seen)]
-    return [part for part in parts if part is not None]
-
-
-def _shrunk(box: Box, seen: BoolArray) -> Box | None:
-    """The rectangle about the seen cells within a box."""
-    column, row = np.nonzero(seen[box.low : box.high, box.bottom : box.top])
-    if len(column) < 3:
-        return None
-    low, bottom = box.low + int(column.min()), box.bottom + int(row.min())
-    return Box(box.side, low, box.low + int(column.max()) + 1, bottom, box.bottom + int(row.max()) + 1, len(column))
-
-
-@dataclass(frozen=True)
-class _Rim:
-    """How much of a box's rim shows in the wall's body, and how much wall there is about it; shares, 0..1."""
-
-    left: float
-    right: float
-    bottom: float
-    top: float
-    wall_left: float
-    wall_right: float
-    over: float
-    wall_within: float
-    density: float
-    spread: float
-
-
-def _rim(box: Box, sides: WallSides, seen: BoolArray) -> _Rim:
-    step = sides.step
-    within = seen[box.low : box.high, box.bottom : box.top]
-    beside = round(0.25 / step)
-    rows = slice(box.bottom, box.top)
-    left, right = sides.wall[max(box.low - beside, 0) : box.low, rows], sides.wall[box.high : box.high + beside, rows]
-    inner = within[2:-2, 2:-2]
-    blocks = [part for band in np.array_split(within, 4, axis=0) for part in np.array_split(band[:, 2:-2], 4, axis=1)]
-    return _Rim(
-        left=_mean(within[:2].any(axis=0)),
-        right=_mean(within[-2:].any(axis=0)),
-        bottom=_mean(within[:, :2].any(axis=1)),
-        top=_mean(within[:, -2:].any(axis=1)),
-        wall_left=_mean(left.any(axis=0)),
-        wall_right=_mean(right.any(axis=0)),
-        over=_mean(sides.wall[box.low : box.high, box.top : box.top + beside].any(axis=1)),
-        wall_within=_mean(sides.wall[box.low : box.high, rows]),
-        density=_mean(inner),
-        spread=float(np.mean([part.any() for part in blocks])),
-    )
-
-
 def floors_beyond(sides: WallSides, voxels: StoreyVoxels, boxes: list[Box]) -> FloatArray:
     """Height (n,) of the floor of the room behind each box, m; NaN where it leads outside, or nothing is known.
 
@@ -367,18 +177,18 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
     floor = float(np.nanmax([np.median(sides.floor[box.low : box.high]), beyond]))
     ceiling = float(np.median(sides.ceiling[box.low : box.high]))
     sill = LOWEST + (box.bottom - 0.5) * step
-    walkable = sill - floor < _SILL
+    walkable = sill - floor < SILL
     if walkable:
         box = _grown(box, sides, floor, ceiling)
     head = LOWEST + (box.top - 0.5) * step
     width = (box.high - box.low) * step
-    rim = _rim(box, sides, seen)
+    rim = measure_rim(box, sides, seen)
     kind = _classify(rim, width, sill - floor, head - sill, head > ceiling - 0.12, np.isfinite(beyond))
     if kind is None:
         return None
     jambs = [_jamb(sides, voxels, box, at_end) for at_end in (False, True)]
     (low, sure_low), (high, sure_high) = jambs
-    if high - low < min(_WINDOW_SIZE[0], _DOOR_WIDTH[0]):
+    if high - low < min(WINDOW_SIZE[0], DOOR_WIDTH[0]):
         return None
     twin = float(np.median(sides.twin[box.low : box.high]))
     start, end = sides.at(box.side, low)[0], sides.at(box.side, high)[0]
@@ -401,8 +211,8 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
 
 def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
     """A box on the floor, grown up to the lintel, or to the ceiling where there is none."""
-    start = int(_row(sides, floor + 1.0))
-    stop = int(_row(sides, ceiling))
+    start = int(sides.row(floor + 1.0))
+    stop = int(sides.row(ceiling))
     if box.top >= start + round(0.9 / sides.step):
         return box
     wall = sides.wall[box.low : box.high, start:stop]
@@ -410,12 +220,12 @@ def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
     return replace(box, top=max(box.top, start + int(np.median(first))))
 
 
-def _classify(rim: _Rim, width: float, sill: float, height: float, to_ceiling: bool, indoors: bool) -> str | None:
+def _classify(rim: Rim, width: float, sill: float, height: float, to_ceiling: bool, indoors: bool) -> str | None:
     ends = (max(rim.left, rim.wall_left), max(rim.right, rim.wall_right))
     if rim.wall_within > 0.3 or min(ends) < 0.15:
         return None
     pane = _PANE < rim.density < _LEAF and rim.spread > 0.7
-    if sill < _SILL and height > _DOOR_HEIGHT and _DOOR_WIDTH[0] <= width <= _DOOR_WIDTH[1]:
+    if sill < SILL and height > _DOOR_HEIGHT and DOOR_WIDTH[0] <= width <= DOOR_WIDTH[1]:
         if pane and not indoors:
             return "window"
         if rim.density > _LEAF:
@@ -424,7 +234,7 @@ def _classify(rim: _Rim, width: float, sill: float, height: float, to_ceiling: b
         if rim.bottom > 0.4 or (rim.top > 0.4 and jambs > 0.4):
             return "door" if (min(ends) > 0.4 and (not to_ceiling or min(rim.left, rim.right) > 0.3)) else None
         return None
-    if width >= _WINDOW_SIZE[0] and height >= _WINDOW_SIZE[1] and sill > 0.1:
+    if width >= WINDOW_SIZE[0] and height >= WINDOW_SIZE[1] and sill > 0.1:
         return "window" if rim.left + rim.right + rim.bottom + rim.top > 1.0 else None
     return None
 
@@ -489,7 +299,7 @@ def _facing(a: Hole, b: Hole) -> float:
 
 def _are_one(a: Hole, b: Hole) -> bool:
     """Whether two holes are in one wall, at the same place."""
-    if math.dist(a.start.tolist(), b.start.tolist()) > 2 * _DOOR_WIDTH[1] or abs(_facing(a, b)) < 0.96:
+    if math.dist(a.start.tolist(), b.start.tolist()) > 2 * DOOR_WIDTH[1] or abs(_facing(a, b)) < 0.96:
         return False
     length = float(np.hypot(*(a.end - a.start)))
     along = (a.end - a.start) / max(length, 1e-12)
@@ -507,10 +317,10 @@ def find_unknown(sides: WallSides, holes: list[Hole]) -> list[FloatArray]:
     gaps = []
     for side, (first, last) in enumerate(pairwise(sides.first)):
         covered = np.flatnonzero(sides.covered[first:last])
-        gaps_after = np.flatnonzero(np.diff(covered) > _DOOR_WIDTH[0] / sides.step)
+        gaps_after = np.flatnonzero(np.diff(covered) > DOOR_WIDTH[0] / sides.step)
         for i in gaps_after:
             low, high = (covered[i] + 1) * sides.step, covered[i + 1] * sides.step
-            if high - low > _DOOR_WIDTH[1]:
+            if high - low > DOOR_WIDTH[1]:
                 continue
             start, end = sides.at(side, low)[0], sides.at(side, high)[0]
             if not any(_shares(start, end, hole) for hole in holes):
@@ -582,19 +392,3 @@ def _line(pair: list[Hole]) -> tuple[FloatArray, FloatArray]:
             further = 0.0
         ends.append(mine + further * way + 0.5 * float((theirs - mine) @ normal) * normal)
     return ends[0], ends[1]
-
-
-def _share(cells: BoolArray, z: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Share of the cells (c, k) of each column that are filled between two heights (c,)."""
-    between = (z > low[:, None]) & (z < high[:, None])
-    shares: FloatArray = (cells & between).sum(axis=1) / np.maximum(between.sum(axis=1), 1)
-    return shares
-
-
-def _row(sides: WallSides, z: FloatArray | float) -> IntArray:
-    rows: IntArray = np.clip(np.round((z - LOWEST) / sides.step), 0, sides.wall.shape[1] - 1).astype(np.int64)
-    return rows
-
-
-def _mean(values: BoolArray | np.bool_) -> float:
-    return float(values.mean()) if values.size else 0.0

@@ -89,6 +89,11 @@ class WallSides:
         along = (end - start) / max(float(np.hypot(*(end - start))), 1e-12)
         return start + (place - self.base[piece]) * along, along
 
+    def row(self, z: FloatArray | float) -> IntArray:
+        """The row of a height above the floor, m."""
+        rows: IntArray = np.clip(np.round((z - LOWEST) / self.step), 0, self.wall.shape[1] - 1).astype(np.int64)
+        return rows
+
     def hits(self, side: int, low: float, high: float) -> IntArray:
         """Rows of the voxels near a side between two places along it (m)."""
         of_side = slice(*np.searchsorted(self.number, [side, side + 1]))
