@@ -44,7 +44,7 @@ $(BIN)/.built: $(BIN)/.installed $(RUST_SOURCES)
 demo: setup ## the main job on the bundled example; results in out/demo
 	@mkdir -p out/demo
 	$(BIN)/asbuilt plan examples/small_house/scans.laz \
-		-o out/demo/plan.geojson -o out/demo/plan.dxf -o out/demo/plan.svg -o out/demo/plan.png
+		-o out/demo/plan.geojson -o out/demo/plan.dxf -o out/demo/plan.pdf -o out/demo/plan.svg -o out/demo/plan.png
 
 test: test-rust test-python ## all tests, Rust and Python
 

@@ -193,7 +193,9 @@ def test_dxf_columns_stairs_and_windows(dxf):
     (square,) = space.query('LWPOLYLINE[layer=="A-COLS-S0"]')
     assert len(square) == 4
     panes = space.query('LINE[layer=="A-GLAZ-S0"]')
-    assert sum(math.isclose(line.dxf.start.distance(line.dxf.end), 1.2, abs_tol=1e-6) for line in panes) == 3  # sill and glass
+    assert (
+        sum(math.isclose(line.dxf.start.distance(line.dxf.end), 1.2, abs_tol=1e-6) for line in panes) == 3
+    )  # sill and glass
     steps = [
         line for line in space.query('LINE[layer=="A-FLOR-STRS-S0"]') if abs(line.dxf.start.y - line.dxf.end.y) < 1e-9
     ]
@@ -245,7 +247,7 @@ def test_dxf_title_block_tells_source_parameters_accuracy_and_the_date_that_was_
         *expected,
         "Date: 2026-11-22",
         "Changed: lines.sigmas=9.5",
-        "LOA of walls: LOA40 100 %",
+        "LOA40 100 %",
         "1:50   A3",
         "N",
     ):
@@ -455,3 +457,43 @@ def test_dimensions_of_a_row_of_rooms_add_up_and_do_not_run_into_each_other():
     for spans in rows.values():
         spans.sort()
         assert all(right < left for (_, right), (left, _) in itertools.pairwise(spans))
+
+
+@pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
+def test_what_a_user_has_set_for_plots_changes_nothing(suffix, tmp_path):
+    import matplotlib as mpl
+
+    (usual,) = export(row_of_rooms(2), tmp_path / f"usual{suffix}")
+    settings = {"font.size": 30, "svg.fonttype": "path", "pdf.fonttype": 3, "savefig.bbox": "tight", "savefig.dpi": 30}
+    with mpl.rc_context(settings):
+        (other,) = export(row_of_rooms(2), tmp_path / f"other{suffix}")
+        assert mpl.rcParams["font.size"] == 30
+    assert usual.read_bytes() == other.read_bytes()
+
+
+def test_steps_of_a_turning_stair_lie_across_its_path_and_do_not_meet():
+    from shapely import LineString
+
+    from asbuilt.export import marks
+    from asbuilt.export.symbols import storey_marks
+    from asbuilt.plan import Stair
+
+    turns = np.linspace(0, 1.5 * math.pi, 40)
+    path, outer, inner = ([(r * math.cos(t), r * math.sin(t)) for t in turns] for r in (0.8, 1.3, 0.3))
+    stair = Stair(tuple(outer + inner[::-1]), tuple(path), 2.8)
+    found = [mark for mark in storey_marks(Storey(0, 0.0, 2.5, stairs=(stair,))) if mark.layer is marks.STAIR]
+    steps = [LineString(mark.points) for mark in found if getattr(mark, "points", ()) and len(mark.points) == 2]
+    assert len(steps) == round(2.8 / 0.175) - 1
+    assert all(a.distance(b) > 0.05 for a, b in itertools.combinations(steps, 2))
+    for step in steps:
+        (x1, y1), (x2, y2) = step.coords
+        assert abs(x1 * y2 - x2 * y1) / step.length < 0.01  # it points at the middle
+        assert step.length == pytest.approx(1.0, abs=0.02)
+
+
+def test_accuracy_is_told_by_the_length_of_the_wall_faces():
+    from asbuilt.export.title_block import accuracy
+
+    faces = [((0.0, 0.0), (6.0, 0.0), 0.002), ((0.0, 1.0), (3.0, 1.0), 0.006), ((0.0, 2.0), (1.0, 2.0), None)]
+    storey = Storey(0, 0.0, 2.5, None, tuple(WallFace(a, b, sigma=sigma) for a, b, sigma in faces))
+    assert accuracy(storey) == "LOA40 60 %, LOA30 30 %"

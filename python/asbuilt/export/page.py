@@ -173,7 +173,7 @@ def _text(text: Text, place: Place, ink: str) -> TextArtist:
         v,
         text.text.replace("$", r"\$"),
         fontsize=text.height / CAP_HEIGHT * _POINTS,
-        fontfamily="DejaVu Sans",
+        fontfamily="sans-serif",  # DejaVu Sans first, which matplotlib brings; an SVG names others after it
         fontweight="bold" if text.bold else "normal",
         color=ink,
         rotation=math.degrees(text.rotation),

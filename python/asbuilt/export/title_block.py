@@ -83,6 +83,7 @@ def _trust(plan: FloorPlan, storey: Storey | None) -> list[tuple[str, float]]:
     lines = [(f"asbuilt {__version__}, preset {plan.parameters.get('preset_name', 'not given')}", _BODY)]
     lines.append(("Changed: " + ", ".join(changes) if changes else "All parameters as in the preset", _BODY))
     lines.append((accuracy(storey), _BODY))
+    lines.append(("USIBD level of accuracy at 95 %, by length of wall faces", _SMALL))
     if storey is None:
         return lines
     if any(wall.thickness is None for wall in storey.walls):
@@ -116,19 +117,16 @@ def _plain(value: Any) -> Any:
 
 
 def accuracy(storey: Storey | None) -> str:
-    """The share of the wall faces' length that meets each USIBD band at 95 %.
+    """The share of the wall faces' length in each USIBD band; what has no sigma is in none.
 
     >>> accuracy(None)
-    'LOA: not told'
+    'LOA not told'
     """
     faces = () if storey is None else storey.wall_faces
-    length = {band: sum(face.length for face in faces if face.loa == band) for band in LOA_BANDS}
     total = sum(face.length for face in faces)
-    if not any(length.values()):
-        return "LOA: not told"
-    shares = [f"{band} {100 * part / total:.0f} %" for band, part in length.items() if part]
-    rest = total - sum(length.values())
-    return "LOA of walls: " + ", ".join([*shares, *([f"not told {100 * rest / total:.0f} %"] if rest > 1e-6 else [])])
+    shares = {band: sum(face.length for face in faces if face.loa == band) / (total or 1.0) for band in LOA_BANDS}
+    told = [f"{band} {100 * share:.0f} %" for band, share in shares.items() if share >= 0.005]
+    return ", ".join(told) or "LOA not told"
 
 
 def _scale(cell: Bounds, sheet: Sheet, options: SheetOptions) -> Iterator[Mark]:
