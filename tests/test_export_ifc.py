@@ -100,13 +100,17 @@ def odd_storey():
         (
             Wall((0.0, 0.0), (4.0, 0.0), None, 0.1, ("F", "absent"), id="W", height=1.2),
             Wall((9.0, 9.0), (9.0, 9.0), None, 0.1),
+            Wall((8.0, 9.0), (8.0, 9.0 + 1e-9), None, 0.1, outline=((7.9, 9.0), (8.1, 9.0), (8.1, 9.0 + 1e-9))),
             *arc(3.0, 12, math.tau),
         ),
         (
             Door((1.0, 0.0), (1.9, 0.0), "W", state="cased", id="cased"),
+            Door((5.0, 7.0), (5.9, 7.0), state="cased", id="gap"),
             Door((6.0, 6.0), (6.5, 6.5), head=2.0, hinge="end", swing="right", id="alone"),
             Door((7.0, 6.0), (7.5, 6.5), "absent", id="lost"),
             Door((2.9, -0.4), (2.9, 0.5), "S0-W0", head=2.1, id="bent"),
+            Door((6.0, 0.0), (6.9, 0.0), "W", head=2.1, id="beyond"),
+            Door((1.0, 0.0), (1.0, 0.9), "W", head=2.1, id="across"),
         ),
         (Window((2.5, 0.0), (3.5, 0.0), "W"),),
         (UnknownOpening((0.1, 0.0), (0.5, 0.0)),),
@@ -383,22 +387,27 @@ def test_a_door_opens_along_its_y_axis_with_its_hinges_as_seen_along_it(
 
 def test_openings_that_are_no_doors_and_doors_that_have_no_wall(tmp_path):
     model = written(FloorPlan((odd_storey(),)), tmp_path)
-    assert {door.Name for door in model.by_type("IfcDoor")} == {"alone", "lost", "bent"}
+    assert {door.Name for door in model.by_type("IfcDoor")} == {"alone", "lost", "bent", "beyond", "across"}
     wall = named(model, "IfcWall", "W")
     # a doorway without a leaf up to the top of the low wall, and a window of unknown height, which gets all of it
     assert {void.RelatedOpeningElement.Name for void in wall.HasOpenings} == {"cased", "S0"}
     assert solid(wall)[0] == pytest.approx((4.0 - 0.9 - 1.0) * 0.1 * 1.2, abs=1e-6)
     (window,) = model.by_type("IfcWindow")
     assert (window.OverallWidth, window.OverallHeight) == (pytest.approx(1.0), None)
+    for name, centre in (("beyond", [6.45, 0.0]), ("across", [1.0, 0.45])):  # not where the wall that they name is
+        door = named(model, "IfcDoor", name)
+        assert not door.FillsVoids
+        np.testing.assert_allclose(np.add(*solid(door)[1:])[:2] / 2, centre, atol=1e-6)
     alone = named(model, "IfcDoor", "alone")
     assert not alone.FillsVoids
     assert ifcopenshell.util.element.get_container(alone).is_a("IfcBuildingStorey")
     assert alone.OverallHeight == pytest.approx(2.0)
     _, low, high = solid(alone)
     np.testing.assert_allclose((low + high)[:2] / 2, [6.25, 6.25], atol=1e-6)
-    (gap,) = model.by_type("IfcBuildingElementProxy")
-    assert gap.ObjectType == "UNKNOWNOPENING"
-    assert about(gap).keys() & {"State", "Sill", "Head"} == set()
+    cased, unknown = model.by_type("IfcBuildingElementProxy")
+    assert (cased.Name, cased.ObjectType, about(cased)["State"]) == ("gap", "OPENING", "cased")
+    assert unknown.ObjectType == "UNKNOWNOPENING"
+    assert about(unknown).keys() & {"State", "Sill", "Head"} == set()
 
 
 def test_an_opening_goes_through_all_pieces_of_a_curved_wall_and_not_its_far_side(tmp_path):

@@ -154,7 +154,10 @@ def _unseen_edges(wall: Any, section: Any) -> Iterator[Floats]:
     place = ifcopenshell.util.placement.get_local_placement(wall.ObjectPlacement)
     points = np.array([point.Coordinates[:2] for point in axis.Items[0].Points]) @ place[:2, :2].T + place[:2, 3]
     points *= float(ifcopenshell.util.unit.calculate_unit_scale(wall.file))
-    starts, steps = points[:-1], np.diff(points, axis=0)
+    moves = np.diff(points, axis=0).any(axis=1)
+    starts, steps = points[:-1][moves], np.diff(points, axis=0)[moves]
+    if len(steps) == 0:
+        return
     for ring in shapely.get_rings(section):
         corners = shapely.get_coordinates(ring)
         for edge in np.stack([corners[:-1], corners[1:]], axis=1):

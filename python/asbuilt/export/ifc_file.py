@@ -177,7 +177,8 @@ class IfcFile:
 
     def solid(self, polygon: Any, height: float) -> Entity | None:
         """A solid that stands on a polygon, `height` m high; None where it would have no volume."""
-        if polygon.geom_type != "Polygon" or polygon.area <= 0 or height <= 0:
+        polygon = shapely.remove_repeated_points(polygon, _PRECISION)
+        if polygon.geom_type != "Polygon" or polygon.area < _PRECISION**2 or height < _PRECISION:
             return None
         outer, *inner = (self._polyline(ring.coords) for ring in (polygon.exterior, *polygon.interiors))
         if inner:
@@ -196,7 +197,8 @@ class IfcFile:
 
     def lines(self, view: str, *lines: Sequence[Point]) -> Entity | None:
         """Lines on the ground as the representation "Axis" or "FootPrint"; None without any."""
-        drawn = [self._polyline(line) for line in lines if len(line) > 1]
+        cleaned = (shapely.remove_repeated_points(shapely.LineString(line), _PRECISION) for line in lines if line[1:])
+        drawn = [self._polyline(line.coords) for line in cleaned if line.length > _PRECISION]
         return self.make("IfcShapeRepresentation", self._views[view], view, "Curve2D", drawn) if drawn else None
 
     def plane(self, point: Sequence[float], normal: Sequence[float], along: Sequence[float]) -> Entity:
@@ -209,9 +211,8 @@ class IfcFile:
 
     def _polyline(self, points: Iterable[Point]) -> Entity:
         points = list(points)
-        made = {
-            point: self._point(point) for point in dict.fromkeys(points)
-        }  # a closed line ends in the entity it starts from
+        # a closed line ends in the very entity that it starts from
+        made = {point: self._point(point) for point in dict.fromkeys(points)}
         return self.make("IfcPolyline", [made[point] for point in points])
 
     def _point(self, point: Sequence[float]) -> Entity:

@@ -13,6 +13,8 @@ from asbuilt.plan import Door, Opening, Point, UnknownOpening, Window
 
 #: How far an opening reaches beyond the wall's faces, m: a cut along a face leaves it to rounding what remains.
 BEYOND = 0.01
+#: Share of an opening's width by which it may be shorter along its wall, as one across the pieces of a curve is.
+ASKEW = 0.1
 #: Thickness that the leaf of a door and the pane of a window are drawn with, m.
 PANEL = 0.04
 
@@ -23,7 +25,7 @@ def add_openings(level: Level, hosts: dict[str, Host]) -> None:
     for opening in openings:
         _add_opening(level, opening, hosts.get(opening.wall or ""))
     for gap in level.storey.unknown_openings:
-        _add_gap(level, gap)
+        _add_mark(level, gap, "UNKNOWNOPENING")
 
 
 def _add_opening(level: Level, opening: Door | Window, host: Host | None) -> None:
@@ -31,18 +33,21 @@ def _add_opening(level: Level, opening: Door | Window, host: Host | None) -> Non
     sill = opening.sill or 0.0
     top = level.height if host is None else host.height
     height = (top if opening.head is None else opening.head) - sill
-    if host is None:
-        frame, width = Frame.between(opening.start, opening.end, level.floor + sill), opening.width
-        hole, middle = None, frame
-    else:
-        frame, width = _stretch(host, opening)
-        frame = frame.moved(dz=sill)
-        right, left = _sides(host, frame, width)
-        hole = _add_hole(level, host.made, frame, opening, (width, height), (right - BEYOND, left + BEYOND))
-        middle = frame.moved(0.0, (right + left) / 2)
+    hole = None
+    frame, width = Frame.between(opening.start, opening.end, level.floor + sill), opening.width
+    if host is not None:
+        along, length = _stretch(host, opening)
+        sides = _sides(host, along, length)
+        # an opening that its wall does not reach stands alone, where it was seen
+        if sides is not None and abs(length - width) <= ASKEW * width:
+            frame, width, (right, left) = along.moved(dz=sill), length, sides
+            hole = _add_hole(level, host.made, frame, opening, (width, height), (right - BEYOND, left + BEYOND))
+            frame = frame.moved(0.0, (right + left) / 2)
     if isinstance(opening, Door) and opening.state == "cased":
+        if hole is None:
+            _add_mark(level, opening, "OPENING")
         return
-    made = _add_filling(level, opening, middle, (width, height), hole)
+    made = _add_filling(level, opening, frame, (width, height), hole)
     level.contents.append(made.entity)
     if hole is not None:
         relating = {"RelatingOpeningElement": hole.entity, "RelatedBuildingElement": made.entity}
@@ -56,15 +61,15 @@ def _stretch(host: Host, opening: Opening) -> tuple[Frame, float]:
     return axis.moved(first), last - first
 
 
-def _sides(host: Host, frame: Frame, width: float) -> tuple[float, float]:
-    """From where to where across `frame` the wall lies between 0 and `width` along it, m."""
+def _sides(host: Host, frame: Frame, width: float) -> tuple[float, float] | None:
+    """From where to where across `frame` the wall lies between 0 and `width` along it, m; None where it does not."""
     # beyond the bulge of a curved wall, short of its far side
     reach = host.piece.drawn_thickness + width / 2
     nearby = shapely.intersection(host.body(frame), shapely.box(0.0, -reach, width, reach))
     axis = shapely.LineString([(0.0, 0.0), (width, 0.0)])
     part = min(shapely.get_parts(nearby), key=lambda part: float(shapely.distance(part, axis)), default=nearby)
-    if part.is_empty:
-        return -host.piece.drawn_thickness / 2, host.piece.drawn_thickness / 2
+    if part.area <= 0:
+        return None
     _, right, _, left = part.bounds
     return right, left
 
@@ -134,11 +139,12 @@ def _said(opening: Opening) -> tuple[Property, ...]:
     return seen
 
 
-def _add_gap(level: Level, gap: UnknownOpening) -> None:
-    """Add a gap that no scan could look through as a line on the floor: it voids nothing, for it may be wall."""
-    frame = Frame.between(gap.start, gap.end, level.floor)
-    shape = level.model.shapes(level.model.lines("FootPrint", [(0.0, 0.0), (gap.length, 0.0)]))
-    properties = (*_said(gap), ("Wall", "IfcLabel", gap.wall))
-    kind: dict[str, Any] = {"PredefinedType": "USERDEFINED", "ObjectType": "UNKNOWNOPENING", "Tag": gap.id}
-    made = level.add("IfcBuildingElementProxy", gap, frame, shape, "A-OPNG-UNKN", properties, **kind)
+def _add_mark(level: Level, opening: Opening, kind: str) -> None:
+    """Add a line on the floor, which voids nothing: what no scan could look through may be wall."""
+    frame = Frame.between(opening.start, opening.end, level.floor)
+    shape = level.model.shapes(level.model.lines("FootPrint", [(0.0, 0.0), (opening.length, 0.0)]))
+    properties = (*_said(opening), ("Wall", "IfcLabel", opening.wall))
+    layer = "A-OPNG-UNKN" if isinstance(opening, UnknownOpening) else "A-DOOR"
+    types: dict[str, Any] = {"PredefinedType": "USERDEFINED", "ObjectType": kind, "Tag": opening.id}
+    made = level.add("IfcBuildingElementProxy", opening, frame, shape, layer, properties, **types)
     level.contents.append(made.entity)

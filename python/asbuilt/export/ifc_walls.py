@@ -57,7 +57,7 @@ def _add_wall(level: Level, wall: Wall, pieces: tuple[Wall, ...]) -> Placed:
     frame = Frame.between(wall.start, pieces[0].end, level.floor)
     axis = [frame.local(point) for piece in pieces for point in (piece.start, piece.end)]
     shape = model.shapes(
-        model.lines("Axis", [point for i, point in enumerate(axis) if i == 0 or point != axis[i - 1]]),
+        model.lines("Axis", axis),
         model.prism(_body(pieces, frame), _height(level, wall)),
     )
     properties: list[Property] = [
