@@ -26,6 +26,8 @@ _LEAST = 0.58
 """Nor narrower, but for a door of one leaf, m."""
 _TURNS = np.arange(12.0, 169.0, 2.0)
 """Angles by which an open leaf is turned out of the opening, degrees."""
+_ASKEW = 3
+"""A wall beyond a leaf's edge may be turned by so many steps, of 2 degrees."""
 _CELL, _ROW = 0.1, 0.15
 """Cells of a leaf along and up, m."""
 _THICK = 0.04
@@ -81,12 +83,14 @@ def _leaf(points: FloatArray, width: float, thickness: float) -> Leaf | None:
         for shift in (0.0, thickness / 2):
             y = (points[:, 1] if swing == "left" else -points[:, 1]) - shift
             fan = _fan(x, y, points[:, 2])
+            # A wall a little askew to the ray leaves it at the far end only.
+            wide = np.max([np.roll(fan, turns, axis=0) for turns in range(-_ASKEW, _ASKEW + 1)], axis=0)
             for radius in (width, width / 2):
                 if radius > _WIDEST or (radius < width and radius < _LEAST):
                     continue
                 leaf = slice(1, round(radius / _CELL) - 1)
                 beyond = slice(round(radius / _CELL) + 1, round(radius / _CELL) + 4)
-                filled = np.where(fan[:, beyond].mean(axis=1) < _BEYOND, fan[:, leaf].mean(axis=1), 0.0)
+                filled = np.where(wide[:, beyond].mean(axis=1) < _BEYOND, fan[:, leaf].mean(axis=1), 0.0)
                 filled[fan[:, leaf].min(axis=1) < _FILLED / 2] = 0.0
                 if filled.max() > most:
                     best, most = (
