@@ -15,6 +15,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -26,10 +27,13 @@ from asbuilt.elevations import MARGIN, ON_PLANE, Elevations, draw_elevations
 from asbuilt.evidence import Evidence
 from asbuilt.faces import Face, closed, cut_openings, drop_doubles, find_faces, maximal_runs, score_steps, snap_to_jambs
 from asbuilt.grid import FloatArray, Grid
+from asbuilt.opening_boxes import find_boxes, look_behind
+from asbuilt.openings import find_openings
 from asbuilt.partitions import find_partitions
 from asbuilt.profiles import StoreyVoxels, columns, storey_voxels
 from asbuilt.storeys import Level, drop_strays
 from asbuilt.wall_lines import find_wall_lines
+from asbuilt.wall_sides import LOWEST, unroll_sides
 
 DOCS = Path(__file__).resolve().parent
 EXAMPLE = DOCS.parent / "examples" / "small_house" / "scans.laz"
@@ -390,6 +394,32 @@ def round_room() -> tuple[StoreyVoxels, list[Face], list[Face]]:
     return v, loose, find_curves(loose, v)
 
 
+def openings_picture(figure: Figure) -> None:
+    """The unrolled sides with the most in their walls' bodies, and the openings found in them."""
+    sides = unroll_sides(closed_faces(), elevations(), voxels())
+    seen = look_behind(sides)
+    boxes = find_boxes(sides, seen)
+    found = find_openings(closed_faces(), elevations(), scores(), voxels(), 0)
+    drawn = sorted({box.side for box in boxes}, key=lambda side: -sum(b.cells for b in boxes if b.side == side))[:3]
+    *above, plan = figure.subplots(4, 1, height_ratios=[1, 1, 1, 2.6])
+    for axes, side in zip(above, drawn, strict=True):
+        low, high = sides.first[side], sides.first[side + 1]
+        image = np.ones((*sides.wall[low:high].T.shape, 3))
+        for cells, colour in ((sides.wall, FAINT), (seen, WALL)):
+            image[cells[low:high].T] = to_rgb(colour)
+        top = LOWEST + image.shape[0] * sides.step
+        axes.imshow(image, extent=(0, (high - low) * sides.step, LOWEST, top), origin="lower", interpolation="nearest")
+        plan_axes(axes, "A wall seen from its room: its plane (grey), and what shows behind it (red)")
+    background(plan)
+    draw(plan, ends_of(closed_faces()), FAINT, 1.0)
+    for openings, colour in ((found.doors, WALL), (found.windows, OTHER), (found.unknown, "black")):
+        lines = np.array([[*o.start, *o.end] for o in openings]).reshape(-1, 4)
+        draw(plan, lines - np.tile(voxels().origin, 2), colour, 3.0)
+    plan_axes(
+        plan, f"{len(found.doors)} doors (red), {len(found.windows)} windows (blue), {len(found.unknown)} unknown"
+    )
+
+
 def plan_picture(figure: Figure) -> None:
     """What a user gets: the plan over the density of the points."""
     axes = figure.subplots()
@@ -420,6 +450,7 @@ PICTURES: dict[str, tuple[Callable[[Figure], None], float]] = {
     "faces": (faces_picture, 5.2),
     "curves": (curves_picture, 4.2),
     "corners": (corners_picture, 9.6),
+    "openings": (openings_picture, 9.6),
     "plan": (plan_picture, 5.0),
 }
 
