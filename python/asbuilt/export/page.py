@@ -171,7 +171,7 @@ def _text(text: Text, place: Place, ink: str) -> TextArtist:
     return TextArtist(
         u,
         v,
-        text.text.replace("$", r"\$"),
+        text.text,
         fontsize=text.height / CAP_HEIGHT * _POINTS,
         fontfamily="sans-serif",  # DejaVu Sans first, which matplotlib brings; an SVG names others after it
         fontweight="bold" if text.bold else "normal",
@@ -180,6 +180,7 @@ def _text(text: Text, place: Place, ink: str) -> TextArtist:
         rotation_mode="anchor",
         horizontalalignment="center" if text.align == "centre" else text.align,
         verticalalignment="baseline",
+        parse_math=False,  # a dollar is a dollar
     )
 
 
