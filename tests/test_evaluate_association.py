@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from asbuilt.errors import ParameterError
-from asbuilt.evaluate import associate, measure_walls
+from asbuilt.evaluate import Drawing, DrawingStorey, Face, associate, evaluate, measure_walls
 
 seeds = st.integers(0, 2**32 - 1)
 
@@ -207,3 +207,16 @@ def test_ten_thousand_against_ten_thousand_take_seconds():
         # 2 s on an idle core; the margin is for a machine that does other things too
         assert time.perf_counter() - begun < 30
         assert totals.f > 0.98
+
+
+def test_a_drawing_of_ten_thousand_faces_is_scored_in_seconds():
+    rng = np.random.default_rng(0)
+    truth = random_segments(rng, 10_000, 200)
+    plan, true = (
+        Drawing((DrawingStorey(0, 0.0, tuple(Face(tuple(line)) for line in lines.tolist())),))
+        for lines in (truth + rng.normal(0, 0.02, truth.shape), truth)
+    )
+    begun = time.process_time()
+    report = evaluate(plan, true).to_json()
+    assert time.process_time() - begun < 30  # 6 s, with the challenge's pictures and each face by itself
+    assert report["pooled"]["observed"]["f"] > 0.98

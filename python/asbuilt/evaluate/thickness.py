@@ -93,10 +93,12 @@ def _to_line(segment: Floats, line: Floats) -> float:
 
 def _main_truth(associations: Associations, detected_count: int, face_count: int) -> list[int]:
     """The true face that most of each detected face associates with, -1 for none; jambs are no faces of walls."""
-    together = np.zeros((detected_count, face_count + 1))
-    truth = np.minimum(associations.truth, face_count)
-    np.add.at(together, (associations.detected, truth), associations.length)
-    if face_count == 0:
-        return [-1] * detected_count
-    best = together[:, :face_count].argmax(axis=1)
-    return [int(j) if together[i, j] > 0 else -1 for i, j in enumerate(best)]
+    faces = associations.truth < face_count
+    both = np.stack([associations.detected[faces], associations.truth[faces]], axis=1)
+    pairs, row = np.unique(both, axis=0, return_inverse=True)
+    length = np.bincount(row.ravel(), associations.length[faces], minlength=len(pairs))
+    # written shortest first, so that the longest stays; of equals the first true face
+    order = np.lexsort((-pairs[:, 1], length))
+    main = np.full(detected_count, -1, dtype=np.int64)
+    main[pairs[order, 0]] = pairs[order, 1]
+    return main.tolist()
