@@ -64,12 +64,13 @@ def lines(element: Element, storey: Storey, lean: Pair | None = None) -> list[Li
 def scan_lines(scan: ScanOffset) -> list[Line]:
     """All that is known of a scan."""
     found = [("Points", f"{scan.points:,}"), ("Shared wall faces", str(scan.faces))]
-    if scan.offset is None or scan.error is None:
-        return [*found, ("Offset", scan.reason)]
-    return found + [
-        (f"Offset along {axis}", f"{signed_mm(value)} ± {1000 * error:.1f} mm")
-        for axis, value, error in zip("xy", scan.offset, scan.error, strict=True)
-    ]
+    if scan.offset is not None and scan.error is not None:
+        found += [
+            (f"Offset along {axis}", f"{signed_mm(value)} ± {1000 * error:.1f} mm")
+            for axis, value, error in zip("xy", scan.offset, scan.error, strict=True)
+        ]
+        found.append(("Compared with", ", ".join(f"{key} ({100 * part:.0f} %)" for key, part in scan.against[:4])))
+    return [*found, ("Remark", scan.remark)] if scan.remark else found
 
 
 def metres(value: float | None, digits: int = 3) -> str:

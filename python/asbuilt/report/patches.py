@@ -1,7 +1,4 @@
-"""Wall faces cut into patches by the bricks of the evidence: what registration and tilt are measured on.
-
-A patch counts if it is clean: about as smooth as most, so that no picture, door frame or mixed edge is on it.
-"""
+"""Wall faces cut into patches by the bricks of the evidence: what registration and tilt are measured on."""
 
 from __future__ import annotations
 
@@ -19,10 +16,10 @@ _ON_FACE = 0.02
 """Voxels with their mean this close to a wall face lie on it, m."""
 _CLEAR = (0.15, 0.1)
 """Of a wall, what is this far above the floor and below the ceiling counts, m."""
+_CLEAN = 1.3
+"""A clean patch is at most so many times as rough as most."""
 _LEAST = 20
 """A patch with fewer points says nothing."""
-_CLEAN = 1.3
-"""A patch more than this many times as rough as most has something on it: a picture, a door frame, a mixed edge."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +29,7 @@ class Patches:
     Attributes
     ----------
     face : (n,) number of its face, as `straight_faces` counts.
-    brick : (n, 3) index of its brick.
+    brick : (n, 3) index of the brick that holds this part of the face.
     along : (n,) where on its face, from -1/2 to 1/2.
     offset, roughness : (n,) mean of its points, and their standard deviation, off the face's line, m.
     count : (n,) number of points.
@@ -60,7 +57,7 @@ def straight_faces(plan: FloorPlan) -> list[tuple[WallFace, Storey]]:
 
 
 def cut_faces(plan: FloorPlan, evidence: Evidence) -> Patches:
-    """The clean patches of all straight wall faces."""
+    """The patches of all straight wall faces that hold enough points."""
     faces = straight_faces(plan)
     segments = np.array([(*face.start, *face.end) for face, _ in faces]).reshape(-1, 4)
     heights = np.array([(storey.floor + _CLEAR[0], storey.ceiling - _CLEAR[1]) for _, storey in faces]).reshape(-1, 2)
@@ -72,8 +69,11 @@ def cut_faces(plan: FloorPlan, evidence: Evidence) -> Patches:
     step = segments[:, 2:] - segments[:, :2]
     length = np.hypot(step[:, 0], step[:, 1])
     normal = np.column_stack([-step[:, 1], step[:, 0]]) / length[:, None]
-    side = evidence.core.brick_scans()["side"]
-    bricks, brick, _ = count_rows(evidence.index[voxel] // side)
+    # by the brick of the foot on the face: a wall that lies on the border of two bricks is not split between them
+    foot = place[voxel]
+    foot[:, :2] -= offset[:, None] * normal[face]
+    side = evidence.core.brick_scans()["side"] * evidence.voxel
+    bricks, brick, _ = count_rows(np.floor(foot / side).astype(np.int64))
     keys, patch = np.unique(face * len(bricks) + brick, return_inverse=True)
     number, brick = np.divmod(keys, max(len(bricks), 1))
     weight = evidence.count[voxel].astype(np.float64)
@@ -95,8 +95,13 @@ def cut_faces(plan: FloorPlan, evidence: Evidence) -> Patches:
         np.column_stack([mean(place[voxel, axis]) for axis in range(3)]),
         normal[number],
     )
-    patches = patches.kept(count >= _LEAST)
-    return patches.kept(patches.roughness <= _CLEAN * median(patches.roughness))
+    return patches.kept(count >= _LEAST)
+
+
+def is_clean(patches: Patches) -> NDArray[np.bool_]:
+    """Which patches (n,) are about as smooth as most: no picture, no door frame, no mixed edge is on them."""
+    clean: NDArray[np.bool_] = patches.roughness <= _CLEAN * median(patches.roughness)
+    return clean
 
 
 def median(values: FloatArray) -> float:

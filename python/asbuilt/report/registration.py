@@ -7,7 +7,8 @@ points thin out with the square of the distance and with the angle of incidence.
 offsets come out by robust least squares, together with the true place and direction of each wall face.
 
 Scanners' positions are needed, which E57 and PTX have and LAS has not. What is *not* looked for: offsets in height, and
-scans that are turned.
+scans that are turned. An offset of more than a centimetre comes out too small, or not at all: the wall looks doubled,
+and the patches that show it are taken for cluttered ones.
 """
 
 from __future__ import annotations
@@ -16,11 +17,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from asbuilt.evidence import Evidence, count_rows
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.plan import FloorPlan
-from asbuilt.report.patches import Patches, cut_faces, median
+from asbuilt.report.patches import Patches, cut_faces, is_clean, median
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -33,6 +35,8 @@ _PATCH, _POINT, _SHARES = 0.0006, 0.002, 0.001
 """Standard deviations, m: of a patch from its face's plane; of a point; from shares that are not as expected."""
 _AS_EXPECTED = 2.0
 """A patch with this many times more or fewer points than expected is hidden from some of its scans."""
+_ROUGH = 0.6
+"""A scan of whose patches less than this part of the usual is clean shows its walls beside those of the others."""
 _ROUNDS = 6
 
 
@@ -48,7 +52,8 @@ class ScanOffset:
     faces : wall faces that it shares with others.
     offset : (x, y), m, by which it shows its walls off the place where the others show them; None where unknown.
     error : standard error of each, m; likewise.
-    reason : why the offset is unknown, or "".
+    against : keys of the scans that it is compared with, and the weight of each, the largest first.
+    remark : why the offset is unknown, or what else to look at, or "".
     """
 
     key: str
@@ -57,20 +62,23 @@ class ScanOffset:
     faces: int = 0
     offset: tuple[float, float] | None = None
     error: tuple[float, float] | None = None
-    reason: str = ""
+    against: tuple[tuple[str, float], ...] = ()
+    remark: str = ""
 
 
 def scan_offsets(plan: FloorPlan, evidence: Evidence) -> tuple[ScanOffset, ...]:
     """The offset of each scan in the ground plane to the walls that it shares, by the key of the scan.
 
     Each scan is compared with the mean of the others on the same patches of wall, by how much of them each shares.
-    Where that cannot be told, the reason stands in its place. Evidence without scans gives none.
+    Where that cannot be told, a remark says why. Evidence without scans gives none.
     """
     scans = evidence.scans
     if all(position is None for _, position, _ in scans):
-        return tuple(ScanOffset(*scan, reason="the files do not say where the scanner stood") for scan in scans)
-    patches = cut_faces(plan, evidence)
-    patches, shares = _expect_shares(patches, evidence)
+        return tuple(ScanOffset(*scan, remark="the files do not say where the scanner stood") for scan in scans)
+    patches, shares = _expect_shares(cut_faces(plan, evidence), evidence)
+    clean = is_clean(patches)
+    clean_part = _clean_part(shares, clean)
+    patches, shares = patches.kept(clean), shares[clean]
     offsets, covariance = _solve(patches, shares)
     others = _others(shares)
     found = []
@@ -81,12 +89,16 @@ def scan_offsets(plan: FloorPlan, evidence: Evidence) -> tuple[ScanOffset, ...]:
         weights = compared.reshape(-1, 2)
         dx, dy = (weights.T @ offsets).tolist()
         ex, ey = np.sqrt(np.diag(weights.T @ covariance @ weights)).tolist()
+        rough = faces >= 3 and clean_part[number] < _ROUGH * median(clean_part)
+        remark = "its walls look doubled: it may be off by a centimetre or more" if rough else ""
         if scan[1] is None:
-            found.append(ScanOffset(*scan, reason="the file does not say where the scanner stood"))
+            found.append(ScanOffset(*scan, remark="the file does not say where the scanner stood"))
         elif faces == 0 or max(ex, ey) > _TOLD:
-            found.append(ScanOffset(*scan, faces, reason="not enough shared walls"))
+            found.append(ScanOffset(*scan, faces, remark=remark or "not enough shared walls"))
         else:
-            found.append(ScanOffset(*scan, faces, (dx, dy), (ex, ey)))
+            weighed = sorted(((float(w), scans[i][0]) for i, w in enumerate(others[number]) if w > 0), reverse=True)
+            against = tuple((key, weight) for weight, key in weighed)
+            found.append(ScanOffset(*scan, faces, (dx, dy), (ex, ey), against, remark))
     return tuple(found)
 
 
@@ -110,6 +122,14 @@ def _expect_shares(patches: Patches, evidence: Evidence) -> tuple[Patches, csr_m
     surplus = np.log(patches.count[seen] / total[seen])
     seen[seen] = np.abs(surplus - median(surplus)) < np.log(_AS_EXPECTED)
     return patches.kept(seen), csr_matrix(shares[seen].multiply(1.0 / total[seen, None]))
+
+
+def _clean_part(shares: csr_matrix, clean: NDArray[np.bool_]) -> FloatArray:
+    """What part (scans,) of the patches that a scan shares with others is clean; 0 for one that shares none."""
+    shared = (shares - shares.multiply(shares)).tocsr()
+    total = np.asarray(shared.sum(axis=0)).ravel()
+    part: FloatArray = np.asarray(shared[clean].sum(axis=0)).ravel() / np.maximum(total, 1e-9)
+    return part
 
 
 def _pair(patches: Patches, evidence: Evidence) -> tuple[IntArray, IntArray]:

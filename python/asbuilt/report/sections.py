@@ -72,11 +72,11 @@ def trust_section(plan: FloorPlan) -> ET.Element:
 
 
 def registration_section(scans: Sequence[ScanOffset] | None) -> list[ET.Element]:
-    """Each scan's offset to the walls that it shares with others, the largest first; None where they were not measured."""
+    """Each scan's offset to the walls that it shares with others, the largest first; None: not measured."""
     if scans is None:
         return [tag("p", WITHOUT_EVIDENCE)]
     told = [scan for scan in scans if scan.offset is not None]
-    reasons = sorted({scan.reason for scan in scans if scan.reason})
+    remarks = sorted({scan.remark for scan in scans if scan.remark})
     parts = []
     if told:
         largest = max(math.hypot(*scan.offset) for scan in told if scan.offset)
@@ -89,12 +89,23 @@ def registration_section(scans: Sequence[ScanOffset] | None) -> list[ET.Element]
             )
         )
     else:
-        parts.append(tag("p", f"No scan could be compared with others: {'; '.join(reasons) or 'there is none'}."))
+        parts.append(tag("p", f"No scan could be compared with others: {'; '.join(remarks) or 'there is none'}."))
     rows = [
-        (scan.key, _place(scan.position), f"{scan.points:,}", str(scan.faces), *_offset(scan), scan.reason)
+        (scan.key, _place(scan.position), f"{scan.points:,}", str(scan.faces), *_offset(scan), scan.remark)
         for scan in sorted(scans, key=lambda scan: -math.hypot(*(scan.offset or (0.0, 0.0))))
     ]
-    headers = ("Scan", "Scanner at (m)", "Points", "Shared faces", "dx (mm)", "±", "dy (mm)", "± ", "Offset (mm)", "")
+    headers = (
+        "Scan",
+        "Scanner at (m)",
+        "Points",
+        "Shared faces",
+        "dx (mm)",
+        "±",
+        "dy (mm)",
+        "± ",
+        "Offset (mm)",
+        "Remark",
+    )
     if rows:
         listed = tag("summary", f"All scans ({len(rows)})")
         parts.append(tag("details", listed, table(headers, rows), open="" if told else None))

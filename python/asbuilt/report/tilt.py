@@ -13,7 +13,7 @@ import numpy as np
 from asbuilt.evidence import Evidence, count_rows
 from asbuilt.grid import FloatArray
 from asbuilt.plan import FloorPlan, Storey
-from asbuilt.report.patches import Patches, cut_faces, median, straight_faces
+from asbuilt.report.patches import Patches, cut_faces, is_clean, median, straight_faces
 
 _NEAR_FLOOR = 0.1
 """Voxels this near to the height of a floor may be of it, m."""
@@ -56,6 +56,7 @@ class Tilt:
 def measure_tilt(plan: FloorPlan, evidence: Evidence) -> tuple[Tilt, ...]:
     """The tilt of each storey; none for a plan without storeys."""
     patches = cut_faces(plan, evidence)
+    patches = patches.kept(is_clean(patches))
     faces = straight_faces(plan)
     found = []
     for storey in plan:
