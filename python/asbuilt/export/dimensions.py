@@ -142,10 +142,14 @@ def _outward(wall: Wall, hull: BaseGeometry) -> Point | None:
 def _chains(storey: Storey, side: _Side) -> Iterator[list[float]]:
     """Stations of each chain of a side, ascending, m along the side: openings, faces, the whole."""
     names = {wall.id for wall in side.walls}
-    face_ids = {face for wall in side.walls for face in wall.faces}
+    faces = {face.id: face for face in storey.wall_faces}
     openings = [o for o in (*storey.doors, *storey.windows) if o.wall in names and o.wall]
     jambs = _merged(_dot(end, side.along) for opening in openings for end in (opening.start, opening.end))
-    ends = [_dot(end, side.along) for f in storey.wall_faces if f.id in face_ids for end in (f.start, f.end)]
+    ends: list[float] = []
+    for wall in side.walls:
+        low, high = sorted(_dot(end, side.along) for end in (wall.start, wall.end))
+        seen = [_dot(end, side.along) for f in wall.faces if f in faces for end in (faces[f].start, faces[f].end)]
+        ends += [end for end in seen if low - _GAP < end < high + _GAP]  # a face may run on beside another wall
     # faces stop at doors, which are in the chain of the openings
     stations = _merged(end for end in ends if all(abs(end - jamb) > 2 * _SAME for jamb in jambs))
     if len(stations) < 2:

@@ -83,7 +83,8 @@ def _trust(plan: FloorPlan, storey: Storey | None) -> list[tuple[str, float]]:
     lines = [(f"asbuilt {__version__}, preset {plan.parameters.get('preset_name', 'not given')}", _BODY)]
     lines.append(("Changed: " + ", ".join(changes) if changes else "All parameters as in the preset", _BODY))
     lines.append((accuracy(storey), _BODY))
-    lines.append(("USIBD level of accuracy at 95 %, by length of wall faces", _SMALL))
+    if storey is not None and any(face.loa for face in storey.wall_faces):
+        lines.append(("USIBD level of accuracy at 95 %, by length of wall faces", _SMALL))
     if storey is None:
         return lines
     if any(wall.thickness is None for wall in storey.walls):
