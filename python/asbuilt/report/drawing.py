@@ -53,6 +53,10 @@ _UNIT = 100.0
 """Units of the drawing to the metre."""
 _REACH = 0.12
 """Openings are pointed at this far to each side of their line, m."""
+_SCALES, _PAPER = (50.0, 100.0, 200.0), 0.3
+"""The drawing has the sizes of text of the first of these scales at which it is not longer than this paper, m."""
+_AROUND = 8.0
+"""Paper around all that is drawn, for the numbers of the outermost dimensions, mm."""
 EXAGGERATION = 200.0
 """Offsets of scans are drawn so many times larger than they are."""
 
@@ -72,11 +76,13 @@ class Sheet:
     Attributes
     ----------
     bounds : x0, y0, x1, y1 of all that is drawn, m.
+    metre : what a metre takes on the paper whose sizes of text and distances of dimensions are used, mm.
     pointed : figures by the number that the shapes bear as ``data-i``.
     number_of : that number by storey and id of an element.
     """
 
     bounds: Bounds
+    metre: float
     pointed: list[Pointed] = field(default_factory=list)
     number_of: dict[tuple[int, str], int] = field(default_factory=dict)
 
@@ -95,9 +101,19 @@ def plan_sheet(plan: FloorPlan, boxes: Iterable[Bounds]) -> Sheet:
     for storey in plan:
         corners += [end for line in (*storey.wall_faces, *storey.walls) for end in (line.start, line.end)]
         corners += [point for ring in _rings(storey) for point in ring]
-    xs, ys = zip(*(corners or [(0.0, 0.0), (10.0, 6.0)]), strict=True)
-    pad = 0.03 * max(max(xs) - min(xs), max(ys) - min(ys), 5.0) + 1.5  # the dimensions stand around the plan
-    return Sheet((min(xs) - pad, min(ys) - pad, max(xs) + pad, max(ys) + pad))
+    corners = corners or [(0.0, 0.0), (10.0, 6.0)]
+    x0, y0, x1, y1 = _box(corners)
+    scale = next((scale for scale in _SCALES if max(x1 - x0, y1 - y0) < _PAPER * scale), _SCALES[-1])
+    metre = 1000.0 / scale
+    corners += [end for storey in plan for mark in dimensions(storey, metre) for end in dimension_line(mark)]
+    x0, y0, x1, y1 = _box(corners)
+    pad = _AROUND / metre
+    return Sheet((x0 - pad, y0 - pad, x1 + pad, y1 + pad), metre)
+
+
+def _box(points: Sequence[Point]) -> Bounds:
+    xs, ys = zip(*points, strict=True)
+    return min(xs), min(ys), max(xs), max(ys)
 
 
 def _rings(storey: Storey) -> list[Sequence[Point]]:
@@ -120,11 +136,10 @@ def draw_storey(
         groups["density"].append(_image(sheet, *density))
     for room in storey.rooms:
         groups["rooms"].append(_element(sheet, storey, room))
-    metre = 1000.0 / _scale(sheet.bounds)
-    for mark in (*storey_marks(storey), *room_tags(storey, metre), *dimensions(storey, metre)):
+    for mark in (*storey_marks(storey), *room_tags(storey, sheet.metre), *dimensions(storey, sheet.metre)):
         layer = next((known for begin, known in _OF_MARKS.items() if mark.layer.name.startswith(begin)), None)
         if layer is not None:
-            groups[layer].extend(_ink(mark, sheet, metre))
+            groups[layer].extend(_ink(mark, sheet))
     elements = {
         "stairs": storey.stairs,
         "walls": storey.walls,
@@ -150,12 +165,6 @@ def draw_storey(
         role="group",
         aria_label=f"{label}. Keys: arrows move, plus and minus zoom, 0 shows all, n and p go through the elements.",
     )
-
-
-def _scale(bounds: Bounds) -> float:
-    """The scale whose sizes of text suit the drawing."""
-    longest = max(bounds[2] - bounds[0], bounds[3] - bounds[1])
-    return next((scale for scale in (50.0, 100.0, 200.0) if longest < 0.3 * scale), 200.0)
 
 
 def _image(sheet: Sheet, uri: str, corners: Bounds) -> ET.Element:
@@ -212,8 +221,8 @@ def _scan(sheet: Sheet, scan: ScanOffset) -> ET.Element:
     return tag("g", *shapes, class_="element scan", data_i=str(index))
 
 
-def _ink(mark: Mark, sheet: Sheet, metre: float) -> Iterable[ET.Element]:
-    """A mark of the drawings for paper as SVG; `metre` is what a metre takes on that paper, mm."""
+def _ink(mark: Mark, sheet: Sheet) -> Iterable[ET.Element]:
+    """A mark of the drawings for paper as SVG."""
     dashed = " dashed" if mark.layer.dashes else ""
     if isinstance(mark, Fill):
         data = "".join(sheet.path(ring, True) for ring in mark.rings)
@@ -224,12 +233,12 @@ def _ink(mark: Mark, sheet: Sheet, metre: float) -> Iterable[ET.Element]:
     elif isinstance(mark, Arc):
         yield tag("path", d=sheet.path(_arc(mark), mark.end is None), class_=f"ink line{dashed}")
     elif isinstance(mark, Tag):
-        for text in mark.texts(metre):
-            yield _text(text, sheet, metre)
+        for text in mark.texts(sheet.metre):
+            yield _text(text, sheet)
     elif isinstance(mark, Text):
-        yield _text(mark, sheet, metre)
+        yield _text(mark, sheet)
     elif isinstance(mark, Dimension):
-        yield from _dimension(mark, sheet, metre)
+        yield from _dimension(mark, sheet)
 
 
 def _arc(arc: Arc) -> list[Point]:
@@ -239,10 +248,10 @@ def _arc(arc: Arc) -> list[Point]:
     return [(arc.centre[0] + arc.radius * math.cos(t), arc.centre[1] + arc.radius * math.sin(t)) for t in turns]
 
 
-def _text(text: Text, sheet: Sheet, metre: float) -> ET.Element:
+def _text(text: Text, sheet: Sheet) -> ET.Element:
     u, v = sheet.place(text.at).split()
     turn = f"rotate({number(-math.degrees(text.rotation), 2)} {u} {v})" if text.rotation else None
-    size = number(text.height / metre * _UNIT / CAP_HEIGHT)
+    size = number(text.height / sheet.metre * _UNIT / CAP_HEIGHT)
     anchor = {"left": "start", "centre": "middle", "right": "end"}[text.align]
     weight = "bold" if text.bold else None
     return tag(
@@ -258,19 +267,19 @@ def _text(text: Text, sheet: Sheet, metre: float) -> ET.Element:
     )
 
 
-def _dimension(mark: Dimension, sheet: Sheet, metre: float) -> Iterable[ET.Element]:
+def _dimension(mark: Dimension, sheet: Sheet) -> Iterable[ET.Element]:
     """The line with a tick at each end, and the number over it."""
     start, end = dimension_line(mark)
     (x1, y1), (x2, y2) = start, end
     length = math.hypot(x2 - x1, y2 - y1)
     ux, uy = (x2 - x1) / length, (y2 - y1) / length
     yield tag("path", d=sheet.path([start, end]), class_="ink line")
-    tick = 1.0 / metre
+    tick = 1.0 / sheet.metre
     for x, y in (start, end):
         slant = ((ux - uy) * tick, (uy + ux) * tick)
         ends = [(x - slant[0], y - slant[1]), (x + slant[0], y + slant[1])]
         yield tag("path", d=sheet.path(ends), class_="ink line")
-    up = (0.6 + RAISED * DIMENSION_TEXT * mark.level) / metre
+    up = (0.6 + RAISED * DIMENSION_TEXT * mark.level) / sheet.metre
     at = ((x1 + x2) / 2 - uy * up, (y1 + y2) / 2 + ux * up)
     text = dimension_text(math.hypot(mark.end[0] - mark.start[0], mark.end[1] - mark.start[1]))
-    yield _text(Text(at, text, DIMENSION_TEXT, "centre", math.atan2(uy, ux), layer=mark.layer), sheet, metre)
+    yield _text(Text(at, text, DIMENSION_TEXT, "centre", math.atan2(uy, ux), layer=mark.layer), sheet)

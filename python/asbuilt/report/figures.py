@@ -46,7 +46,10 @@ _LEAST = {"confidence": (0.95, 0.9, 0.8, 0.6), "seen": (0.9, 0.7, 0.5, 0.3)}
 def bands(element: Element) -> dict[str, int | None]:
     """The number of an element's band by each of `MEASURES`, 0 the best; None where it is not known."""
     loa = None if element.loa is None else list(LOA_BANDS).index(element.loa)
-    by_value = {name: sum(getattr(element, name) < value for value in least) for name, least in _LEAST.items()}
+    by_value = {
+        name: sum(value < limit for limit in least) if (value := getattr(element, name)) else None
+        for name, least in _LEAST.items()
+    }
     return {"loa": loa, **by_value}
 
 
@@ -137,9 +140,13 @@ def _lean(lean: Pair | None, storey: Storey) -> Iterator[Line]:
 
 
 def _trust(element: Element) -> Iterator[Line]:
-    yield "Seen", f"{100 * element.seen:.0f} %"
-    yield "Residual (rms)", millimetres(element.rms)
+    """What is not zero: a share of nothing, or no confidence at all, says that nobody worked it out."""
+    if element.seen:
+        yield "Seen", f"{100 * element.seen:.0f} %"
+    if element.rms:
+        yield "Residual (rms)", millimetres(element.rms)
     yield "Sigma of its place", millimetres(element.sigma)
     yield "LOA at 95 %", element.loa or "not known"
-    yield "Confidence", f"{element.confidence:.2f}"
-    yield "Voxels", f"{element.voxels:,}"
+    yield "Confidence", f"{element.confidence:.2f}" if element.confidence else "not known"
+    if element.voxels:
+        yield "Voxels", f"{element.voxels:,}"
