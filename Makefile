@@ -1,6 +1,6 @@
 # The recipes a developer runs are the recipes CI runs. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-rust test-python lint format docs bench bench-accuracy experiments clean
+.PHONY: help setup demo browser test test-rust test-python lint format docs bench bench-accuracy experiments clean
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
@@ -44,7 +44,12 @@ $(BIN)/.built: $(BIN)/.installed $(RUST_SOURCES)
 demo: setup ## the main job on the bundled example; results in out/demo
 	@mkdir -p out/demo
 	$(BIN)/asbuilt plan examples/small_house/scans.laz \
-		-o out/demo/plan.geojson -o out/demo/plan.dxf -o out/demo/plan.pdf -o out/demo/plan.svg -o out/demo/plan.png
+		-o out/demo/plan.geojson -o out/demo/plan.dxf -o out/demo/plan.pdf -o out/demo/plan.svg -o out/demo/plan.png \
+		-o out/demo/plan.html
+
+browser: ## Chromium and its driver, which the report's tests open it in and skip without (Debian, as root)
+	{ command -v chromium && command -v chromedriver; } >/dev/null || { apt-get update -qq && \
+		DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends chromium chromium-driver; }
 
 test: test-rust test-python ## all tests, Rust and Python
 
