@@ -91,9 +91,15 @@ def find_boxes(sides: WallSides, seen: BoolArray) -> list[Box]:
         side = int(np.searchsorted(sides.first, columns.start, side="right")) - 1
         box = Box(side, columns.start, columns.stop, rows.start, rows.stop, int(counts[number]))
         of_side.setdefault(side, []).append(box)
-    return [
-        box for boxes in of_side.values() for whole in _join(boxes, sides, seen) for box in _split(whole, sides, seen)
+    joined = [box for boxes in of_side.values() for box in _join(boxes, sides, seen)]
+    wide, high = (size / sides.step - 2 for size in WINDOW_SIZE)
+    # A threshold may be all that shows of a door.
+    wanted = [
+        box
+        for box in joined
+        if box.high - box.low > wide and (box.top - box.bottom > high or box.bottom < _foot(box, sides))
     ]
+    return [part for box in wanted for part in _split(box, sides, seen)]
 
 
 def _foot(box: Box, sides: WallSides) -> float:

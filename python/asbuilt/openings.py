@@ -33,6 +33,8 @@ _LEAF = 0.45
 """A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
 _PANE = 0.015
 """Share of an opening that a pane fills at least."""
+_BESIDE = 0.4
+"""The threshold of a doorway ends no further than this from its jamb, m."""
 _AGREE = 0.04
 """Places of a jamb that differ less, as seen from both sides of its wall, are averaged, m."""
 _THICKEST = 0.8
@@ -210,14 +212,27 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
 
 
 def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
-    """A box on the floor, grown up to the lintel, or to the ceiling where there is none."""
-    start = int(sides.row(floor + 1.0))
-    stop = int(sides.row(ceiling))
-    if box.top >= start + round(0.9 / sides.step):
-        return box
-    wall = sides.wall[box.low : box.high, start:stop]
-    first = np.where(wall.any(axis=1), wall.argmax(axis=1), stop - start)
-    return replace(box, top=max(box.top, start + int(np.median(first))))
+    """A box on the floor, grown up to the lintel, or to the ceiling where there is none, and out to the wall beside it.
+
+    Of a doorway in a thin wall only a part of the threshold may show.
+    """
+    start, stop = int(sides.row(floor + 1.0)), int(sides.row(ceiling))
+    if box.top < start + round(0.9 / sides.step):
+        wall = sides.wall[box.low : box.high, start:stop]
+        first = np.where(wall.any(axis=1), wall.argmax(axis=1), stop - start)
+        box = replace(box, top=max(box.top, start + int(np.median(first))))
+    reach = round(_BESIDE / sides.step)
+    columns = np.arange(max(box.low - reach, 0), min(box.high + reach, len(sides.wall)))
+    gap = ~sides.wall[columns, start : box.top - 1].any(axis=1) & sides.wall[columns, box.top : box.top + 3].any(axis=1)
+    low, high = box.low, box.high
+    while low - 1 >= columns[0] and gap[low - 1 - columns[0]]:
+        low -= 1
+    while high <= columns[-1] and gap[high - columns[0]]:
+        high += 1
+    # Where the gap goes on further, something hides the wall.
+    low = low if low > columns[0] else box.low
+    high = high if high <= columns[-1] else box.high
+    return replace(box, low=low, high=high)
 
 
 def _classify(rim: Rim, width: float, sill: float, height: float, to_ceiling: bool, indoors: bool) -> str | None:

@@ -278,14 +278,16 @@ def _in_turn(circle: FloatArray, arc: list[Face]) -> list[Face]:
 
 def _floors(column: IntArray, z: FloatArray, depth: FloatArray, first: IntArray, total: int, step: float) -> FloatArray:
     """Height of the floor before each column, m: the well filled level nearest to 0; 0 where none is."""
-    before = (depth < -0.04) & (np.abs(z) < 0.7)
-    rows = round(1.4 / 0.05) + 1
-    row = np.round((z[before] + 0.7) / 0.05).astype(np.int64)
+    # Lower levels are most often the ceiling of the storey below; over a sunken floor a threshold is at 0.
+    lowest, step_up = -0.05, 0.05
+    before = (depth < -0.04) & (z > lowest - step_up / 2) & (z < 0.7)
+    rows = round((0.7 - lowest) / step_up) + 1
+    row = np.round((z[before] - lowest) / step_up).astype(np.int64)
     filled = np.bincount(column[before] * rows + row, minlength=total * rows).reshape(total, rows)
     wide = 2 * round(0.6 / step) + 1
     dense = smooth_rows(filled.astype(np.float64), first, wide)
     best = dense.max(axis=1, initial=0)
-    levels = np.arange(rows) * 0.05 - 0.7
+    levels = np.arange(rows) * step_up + lowest
     level = levels[np.where(dense >= 0.5 * best[:, None], np.abs(levels), np.inf).argmin(axis=1)]
     heights: FloatArray = np.where(best > 0.5, level, 0.0)
     return heights
