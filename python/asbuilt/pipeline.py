@@ -31,6 +31,7 @@ from asbuilt.refine import fit_to_cells, merge_collinear
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
 from asbuilt.stairs import find_stairs
 from asbuilt.storeys import Level, drop_strays, find_storeys
+from asbuilt.trust import trust_elements, trust_faces
 from asbuilt.wall_lines import find_wall_lines
 from asbuilt.walls import attach, find_walls
 
@@ -111,11 +112,11 @@ def _plan_by_profiles(
     faces = drop_sides(faces, standing, voxels)
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
-    wall_faces = measure_faces(faces, voxels, level.index)
+    wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
     rooms = measure_rooms(find_rooms(faces, voxels), voxels, level, evidence.scans)
     openings = find_openings(faces, elevations, scores, voxels, level.index)
     walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)
-    return Storey(
+    planned = Storey(
         level.index,
         level.floor,
         level.ceiling,
@@ -129,6 +130,7 @@ def _plan_by_profiles(
         columns=standing,
         stairs=find_stairs(voxels, level.index),
     )
+    return trust_elements(planned)
 
 
 def _plan_by_the_paper(evidence: Evidence, level: Level, parameters: Parameters, notes: list[str]) -> Storey:
