@@ -162,8 +162,14 @@ def _split(box: Box, sides: WallSides, seen: BoolArray) -> list[Box]:
         return [box]
     # The cut that parts the two best.
     change = np.cumsum(on_sill.astype(np.int64) - to_floor)
-    gain = np.abs(2 * change - change[-1])
-    cut = box.low + int(gain.argmax()) + 1
+    gain = np.abs(2 * change - change[-1])[:-1]
+    at = int(gain.argmax()) + 1
+    for sill, door in ((slice(0, at), slice(at, None)), (slice(at, None), slice(0, at))):
+        if on_sill[sill].mean() > 0.7 and to_floor[door].mean() > 0.7:
+            break
+    else:
+        return [box]
+    cut = box.low + at
     parts = [_shrunk(replace(box, high=cut), seen), _shrunk(replace(box, low=cut), seen)]
     return [part for part in parts if part is not None]
 

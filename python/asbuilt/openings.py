@@ -35,6 +35,8 @@ _PANE = 0.015
 """Share of an opening that a pane fills at least."""
 _BESIDE = 0.4
 """The threshold of a doorway ends no further than this from its jamb, m."""
+_GATHERED = 0.025
+"""Voxels of a jamb lie this near to one another along its side, m."""
 _AGREE = 0.04
 """Places of a jamb that differ less, as seen from both sides of its wall, are averaged, m."""
 _THICKEST = 0.8
@@ -223,7 +225,8 @@ def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
         box = replace(box, top=max(box.top, start + int(np.median(first))))
     reach = round(_BESIDE / sides.step)
     columns = np.arange(max(box.low - reach, 0), min(box.high + reach, len(sides.wall)))
-    gap = ~sides.wall[columns, start : box.top - 1].any(axis=1) & sides.wall[columns, box.top : box.top + 3].any(axis=1)
+    gap: BoolArray = np.logical_not(sides.wall[columns, start : box.top - 1].any(axis=1))
+    gap &= sides.wall[columns, box.top : box.top + 3].any(axis=1)
     low, high = box.low, box.high
     while low - 1 >= columns[0] and gap[low - 1 - columns[0]]:
         low -= 1
@@ -272,22 +275,32 @@ def _jamb(sides: WallSides, voxels: StoreyVoxels, box: Box, at_end: bool) -> tup
     reach = np.sqrt(3 * variance)
     depth = sides.depth[near]
     behind = (depth > PLANE) & (depth < np.minimum(sides.twin[sides.column[near]] - PLANE, 0.3))
-    body = np.sort((out + reach)[behind & (np.abs(out) < 0.12)])
-    if len(body) >= 5:
-        within = np.searchsorted(body, body + 0.025, side="right") - np.arange(len(body))
-        many = np.flatnonzero(within >= max(5, 0.5 * within.max()))
-        if len(many):
-            best = int(many[-1])
-            best = int(many[within[many] == within[many[body[many] > body[best] - 0.025]].max()][-1])
-            return guess + sign * float(np.median(body[best : best + within[best]])), True
+    inner, distinct = _last_place((out + reach)[behind & (np.abs(out) < 0.12)])
+    if distinct:
+        return guess + sign * inner, True
     on_plane = np.abs(depth) < PLANE
-    if on_plane.sum() < 5:
-        return guess, False
-    row = np.round(sides.z[near][on_plane] / sides.step).astype(np.int64)
-    nearest = np.full(int(np.ptp(row)) + 1, np.inf)
-    np.minimum.at(nearest, row - row.min(), (out - reach)[on_plane])
-    edge = float(np.median(nearest[np.isfinite(nearest)]))
-    return (guess + sign * edge if abs(edge) < 0.1 else guess), False
+    edges = [] if math.isnan(inner) else [inner]
+    if on_plane.sum() >= 5:
+        row = np.round(sides.z[near][on_plane] / sides.step).astype(np.int64)
+        nearest = np.full(int(np.ptp(row)) + 1, np.inf)
+        np.minimum.at(nearest, row - row.min(), (out - reach)[on_plane])
+        outer = float(np.median(nearest[np.isfinite(nearest)]))
+        edges += [outer] if abs(outer) < 0.1 else []
+    return guess + sign * (sum(edges) / len(edges) if edges else 0.0), False
+
+
+def _last_place(places: FloatArray) -> tuple[float, bool]:
+    """The last place (m) where many of some places gather, and whether many more do than before it; NaN if too few."""
+    places = np.sort(places)
+    within = np.searchsorted(places, places + _GATHERED, side="right") - np.arange(len(places))
+    if len(places) < 5 or within.max() < 5:
+        return np.nan, False
+    last = int(np.flatnonzero(within >= 0.5 * within.max())[-1])
+    about = np.flatnonzero((places > places[last] - _GATHERED) & (places <= places[last]))
+    best = int(about[within[about].argmax()])
+    place = float(np.median(places[best : best + within[best]]))
+    before = best / max((places[best] + 0.12) / _GATHERED, 1.0)
+    return place, bool(within[best] > 3 * before)
 
 
 def pair_holes(holes: list[Hole]) -> list[list[Hole]]:
