@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 import shutil
 from collections.abc import Iterator
 from html.parser import HTMLParser
@@ -211,6 +212,20 @@ def test_every_plan_has_a_report_and_always_the_same(plan: FloorPlan, tmp_path: 
     targets = Page(first).targets
     assert targets
     assert all(target.startswith(("#", "data:image/png;base64,")) for target in targets)
+
+
+def test_survey_coordinates_are_drawn_as_well_as_others(tmp_path: Path) -> None:
+    """Browsers draw with single precision: 5,400,000 m would jump by half a metre."""
+
+    def drawn(plan: FloorPlan, name: str) -> list[str]:
+        (written,) = export(plan, tmp_path / name)
+        return re.findall(r' d="([^"]*)"', written.read_text(encoding="utf-8"))
+
+    nothing = Storey(2, 118.0, 120.5)
+    here, there = (
+        dataclasses.replace(p, storeys=(*p.storeys, nothing)) for p in (complete_plan(0, 0), complete_plan())
+    )
+    assert drawn(there, "there.html") == drawn(here, "here.html")
 
 
 def test_occupancy_alone_gives_a_report_that_says_what_it_lacks(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 from asbuilt.export.dimensions import RAISED, dimension_line, dimension_text, dimensions
 from asbuilt.export.labels import room_tags
@@ -57,8 +58,14 @@ _SCALES, _PAPER = (50.0, 100.0, 200.0), 0.3
 """The drawing has the sizes of text of the first of these scales at which it is not longer than this paper, m."""
 _AROUND = 8.0
 """Paper around all that is drawn, for the numbers of the outermost dimensions, mm."""
+_EMPTY: Bounds = (0.0, 0.0, 10.0, 6.0)
+"""What is shown of nothing, m."""
 EXAGGERATION = 200.0
 """Offsets of scans are drawn so many times larger than they are."""
+
+
+#: The density of a storey's points: a data URI, and its corners x0, y0, x1, y1, m.
+Picture: TypeAlias = tuple[str, Bounds]
 
 
 @dataclass(frozen=True)
@@ -75,40 +82,40 @@ class Sheet:
 
     Attributes
     ----------
-    bounds : x0, y0, x1, y1 of all that is drawn, m.
+    corner : (x, y), m, where the units of the drawing begin.
     metre : what a metre takes on the paper whose sizes of text and distances of dimensions are used, mm.
     pointed : figures by the number that the shapes bear as ``data-i``.
     number_of : that number by storey and id of an element.
     """
 
-    bounds: Bounds
+    corner: Point
     metre: float
     pointed: list[Pointed] = field(default_factory=list)
     number_of: dict[tuple[int, str], int] = field(default_factory=dict)
 
     def place(self, point: Point) -> str:
         """A point (m) in the units of the drawing, to the millimetre."""
-        return f"{number((point[0] - self.bounds[0]) * _UNIT)} {number((self.bounds[3] - point[1]) * _UNIT)}"
+        return f"{number((point[0] - self.corner[0]) * _UNIT)} {number((self.corner[1] - point[1]) * _UNIT)}"
 
     def path(self, points: Iterable[Point], closed: bool = False) -> str:
         """The data of a path through points (m)."""
         return "M" + "L".join(self.place(point) for point in points) + ("Z" if closed else "")
 
 
-def plan_sheet(plan: FloorPlan, boxes: Iterable[Bounds]) -> Sheet:
-    """A sheet that holds all storeys and, besides, some boxes x0, y0, x1, y1 (m)."""
-    corners = [corner for x0, y0, x1, y1 in boxes for corner in ((x0, y0), (x1, y1))]
-    for storey in plan:
-        corners += [end for line in (*storey.wall_faces, *storey.walls) for end in (line.start, line.end)]
-        corners += [point for ring in _rings(storey) for point in ring]
-    corners = corners or [(0.0, 0.0), (10.0, 6.0)]
-    x0, y0, x1, y1 = _box(corners)
-    scale = next((scale for scale in _SCALES if max(x1 - x0, y1 - y0) < _PAPER * scale), _SCALES[-1])
-    metre = 1000.0 / scale
-    corners += [end for storey in plan for mark in dimensions(storey, metre) for end in dimension_line(mark)]
-    x0, y0, x1, y1 = _box(corners)
-    pad = _AROUND / metre
-    return Sheet((x0 - pad, y0 - pad, x1 + pad, y1 + pad), metre)
+def plan_sheet(plan: FloorPlan, pictures: Iterable[Picture | None]) -> Sheet:
+    """A sheet for all storeys with their pictures of density, with sizes of text that suit the largest."""
+    held = [_corners(storey, picture) for storey, picture in zip(plan, pictures, strict=True)]
+    boxes = [_box(corners) for corners in held if corners] or [_EMPTY]
+    longest = max(max(x1 - x0, y1 - y0) for x0, y0, x1, y1 in boxes)
+    scale = next((scale for scale in _SCALES if longest < _PAPER * scale), _SCALES[-1])
+    return Sheet((min(box[0] for box in boxes), max(box[3] for box in boxes)), 1000.0 / scale)
+
+
+def _corners(storey: Storey, picture: Picture | None) -> list[Point]:
+    """Points that hold all elements of a storey and its picture; none where there is nothing."""
+    found = [end for line in (*storey.wall_faces, *storey.walls) for end in (line.start, line.end)]
+    found += [point for ring in _rings(storey) for point in ring]
+    return found if picture is None else [*found, picture[1][:2], picture[1][2:]]
 
 
 def _box(points: Sequence[Point]) -> Bounds:
@@ -126,7 +133,7 @@ def _rings(storey: Storey) -> list[Sequence[Point]]:
 def draw_storey(
     storey: Storey,
     sheet: Sheet,
-    density: tuple[str, Bounds] | None,
+    density: Picture | None,
     scans: Sequence[ScanOffset],
     leans: dict[str, Pair],
 ) -> ET.Element:
@@ -136,7 +143,8 @@ def draw_storey(
         groups["density"].append(_image(sheet, *density))
     for room in storey.rooms:
         groups["rooms"].append(_element(sheet, storey, room))
-    for mark in (*storey_marks(storey), *room_tags(storey, sheet.metre), *dimensions(storey, sheet.metre)):
+    measures = list(dimensions(storey, sheet.metre))
+    for mark in (*storey_marks(storey), *room_tags(storey, sheet.metre), *measures):
         layer = next((known for begin, known in _OF_MARKS.items() if mark.layer.name.startswith(begin)), None)
         if layer is not None:
             groups[layer].extend(_ink(mark, sheet))
@@ -151,20 +159,27 @@ def draw_storey(
     }
     for name, shown in elements.items():
         groups[name].extend(_element(sheet, storey, element, leans.get(element.id)) for element in shown)
-    groups["scans"].extend(_scan(sheet, scan) for scan in scans)
-    x0, y0, x1, y1 = sheet.bounds
-    size = f"0 0 {number((x1 - x0) * _UNIT)} {number((y1 - y0) * _UNIT)}"
+    groups["scans"].extend(_scan(sheet, scan, scan.position) for scan in scans if scan.position is not None)
+    corners = _corners(storey, density) + [end for mark in measures for end in dimension_line(mark)]
     label = f"Plan of {storey_title(storey.index, storey.floor, storey.ceiling).lower()}"
     return tag(
         "svg",
         *groups.values(),
         xmlns="http://www.w3.org/2000/svg",
-        viewBox=size,
+        viewBox=_view(sheet, _box(corners) if corners else _EMPTY),
         class_="plan",
         tabindex="0",
         role="group",
         aria_label=f"{label}. Keys: arrows move, plus and minus zoom, 0 shows all, n and p go through the elements.",
     )
+
+
+def _view(sheet: Sheet, box: Bounds) -> str:
+    """The part of the drawing that shows a box (m) and what stands around it."""
+    pad = _AROUND / sheet.metre
+    x0, y0, x1, y1 = box
+    across, down = x1 - x0 + 2 * pad, y1 - y0 + 2 * pad
+    return f"{sheet.place((x0 - pad, y1 + pad))} {number(across * _UNIT)} {number(down * _UNIT)}"
 
 
 def _image(sheet: Sheet, uri: str, corners: Bounds) -> ET.Element:
@@ -178,7 +193,8 @@ def _element(sheet: Sheet, storey: Storey, element: Element, lean: Pair | None =
     """The shape of an element, with the number of its figures and its bands of trust."""
     index = len(sheet.pointed)
     sheet.pointed.append(Pointed(figures.title(element), figures.lines(element, storey, lean)))
-    sheet.number_of.setdefault((storey.index, element.id), index)
+    if element.id:
+        sheet.number_of[storey.index, element.id] = index
     known = [f"{name}-{band}" for name, band in figures.bands(element).items() if band is not None]
     kind = type(element).__name__.lower()
     shapes = [tag("path", d=sheet.path(*_shape(element)), class_="shape")]
@@ -207,12 +223,11 @@ def _around(start: Point, end: Point, length: float) -> Sequence[Point]:
     return (x1 + nx, y1 + ny), (x2 + nx, y2 + ny), (x2 - nx, y2 - ny), (x1 - nx, y1 - ny)
 
 
-def _scan(sheet: Sheet, scan: ScanOffset) -> ET.Element:
+def _scan(sheet: Sheet, scan: ScanOffset, position: tuple[float, float, float]) -> ET.Element:
     """Where a scanner stood, and which way its walls lie off those of the others."""
-    assert scan.position is not None
     index = len(sheet.pointed)
     sheet.pointed.append(Pointed(f"Scan {scan.key}", figures.scan_lines(scan)))
-    x, y, _ = scan.position
+    x, y, _ = position
     u, v = sheet.place((x, y)).split()
     shapes = [tag("circle", cx=u, cy=v, r="9", class_="shape")]
     if scan.offset is not None:

@@ -43,7 +43,7 @@ def _page(plan: FloorPlan, evidence: Evidence | None) -> str:
     with_moments = None if evidence is None or evidence.occupancy else evidence
     scans = None if with_moments is None else scan_offsets(plan, with_moments)
     tilts = None if with_moments is None else measure_tilt(plan, with_moments)
-    sheet = plan_sheet(plan, [corners for picture in pictures if picture is not None for _, corners in [picture]])
+    sheet = plan_sheet(plan, pictures)
     drawings = [
         draw_storey(storey, sheet, picture, _standing(plan, storey, scans), _leans(storey, tilts))
         for storey, picture in zip(plan, pictures, strict=True)
@@ -52,7 +52,8 @@ def _page(plan: FloorPlan, evidence: Evidence | None) -> str:
     style, script = _asset("report.css"), _asset("report.js")
     fragments: dict[str, list[ET.Element]] = {
         "controls": _controls(plan, drawings),
-        "drawings": [_figure(storey, drawing) for storey, drawing in zip(plan, drawings, strict=True)],
+        "drawings": [_figure(storey, drawing) for storey, drawing in zip(plan, drawings, strict=True)]
+        or [tag("p", "No storey was found: there is nothing to draw.")],
         "storeys": [sections.storey_table(plan)],
         "schedules": sections.schedule_section(plan, sheet.number_of),
         "trust": [sections.trust_section(plan)],
