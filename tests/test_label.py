@@ -11,13 +11,16 @@ from pathlib import Path
 
 import laspy
 import numpy as np
+import pye57
+import pyquaternion
 import pytest
 import shapely
+from pye57 import libe57
 
 import asbuilt
 from asbuilt import FloorPlan, InputError, OutputError, ParameterError
 from asbuilt.export import export
-from asbuilt.label import Labels, PlanLookup, PointClass, label_cloud
+from asbuilt.label import Labels, PlanLookup, PointClass, check_output, label_cloud
 from asbuilt.plan import Door, Room, Storey, Wall, WallFace
 from plans import EAST, NORTH, complete_plan
 
@@ -384,3 +387,177 @@ def test_files_too_far_apart_for_one_las_are_told(tmp_path):
     np.savetxt(tmp_path / "b.xyz", surfaces()[0] + 1e6, fmt="%.4f")
     with pytest.raises(InputError, match=r"b\.xyz: points .* label it by itself"):
         label_cloud(asbuilt.read(a, tmp_path / "b.xyz"), complete_plan(), tmp_path / "out.las")
+
+
+# ---- E57 ----
+
+
+@dataclasses.dataclass
+class Scan:
+    """A scan as libE57 reads it: what its header says, and all fields of its points, ours too."""
+
+    name: str
+    guid: str
+    rotation: np.ndarray
+    translation: np.ndarray
+    fields: dict[str, np.ndarray]
+
+
+def read_e57(path: Path) -> list[Scan]:
+    scans = []
+    with pye57.E57(str(path)) as source:
+        for i in range(source.scan_count):
+            header = source.get_header(i)
+            buffers, fields = libe57.VectorSourceDestBuffer(), {}
+            for name in header.point_fields:
+                fields[name] = np.zeros(header.point_count)
+                to = (source.image_file, name, fields[name], header.point_count, True, True)
+                buffers.append(libe57.SourceDestBuffer(*to))
+            header.points.reader(buffers).read()
+            about = header["name"].value(), header["guid"].value(), header.rotation, header.translation
+            scans.append(Scan(*about, fields))
+    return scans
+
+
+def write_e57(path: Path, points: np.ndarray) -> Path:
+    """Two scans at different places, the second turned, with colours, intensity, rows and invalid returns."""
+    with_poses = pye57.E57(str(path), mode="w")
+    for i, part in enumerate(np.array_split(points, 2)):
+        translation = np.array([EAST + 2.0 + i, NORTH + 2.5, FLOORS[0] + 1.5])
+        rotation = pyquaternion.Quaternion(axis=[0, 0, 1], degrees=33.0 * i)
+        local = (part - translation) @ rotation.rotation_matrix
+        numbers = np.arange(len(part))
+        data = dict(zip(("cartesianX", "cartesianY", "cartesianZ"), local.T, strict=True))
+        data |= {"intensity": (numbers / len(part)).astype(np.float32)}
+        data |= {f"color{name}": (numbers % 256).astype(np.uint8) for name in ("Red", "Green", "Blue")}
+        data |= {"rowIndex": numbers.astype(np.int32) % 50, "columnIndex": numbers.astype(np.int32) // 50}
+        data |= {"cartesianInvalidState": (numbers % 10 == 0).astype(np.int8)}
+        with_poses.write_scan_raw(data, name=f"setup {i}", rotation=rotation.elements, translation=translation)
+    with_poses.close()
+    return path
+
+
+def test_e57_keeps_scans_poses_and_fields_and_gets_classes(tmp_path, monkeypatch):
+    from asbuilt.label import e57 as writer
+
+    monkeypatch.setattr(writer, "_CHUNK", 1000)  # many chunks
+    points, truth = surfaces()
+    source = write_e57(tmp_path / "in.e57", points)
+    counts = label_cloud(asbuilt.read(source), complete_plan(), tmp_path / "out.e57")
+    before, after = read_e57(source), read_e57(tmp_path / "out.e57")
+    assert len(after) == 2
+    for old, new, expected in zip(before, after, np.array_split(truth, 2), strict=True):
+        np.testing.assert_array_equal(new.rotation, old.rotation)
+        np.testing.assert_array_equal(new.translation, old.translation)
+        assert (new.name, new.guid) == (old.name, old.guid)
+        fields, found = old.fields, new.fields
+        assert list(found) == [*fields, "asbuilt:class", "asbuilt:wall", "asbuilt:room"]
+        for name, values in fields.items():
+            np.testing.assert_array_equal(found[name], values, err_msg=name)
+        valid = fields["cartesianInvalidState"] == 0
+        # coordinates of single precision are off by micrometres
+        np.testing.assert_array_equal(found["asbuilt:class"][valid], expected[valid])
+        assert set(found["asbuilt:class"][~valid]) == {PointClass.OUTSIDE}
+        assert not found["asbuilt:wall"][~valid].any()
+    assert sum(counts.values()) == sum(int((scan.fields["cartesianInvalidState"] == 0).sum()) for scan in before)
+    with pye57.E57(str(tmp_path / "out.e57")) as out:
+        names = json.loads(out.root["asbuilt:names"].value())
+    assert names["wall"][0] == "S0-W1"
+
+
+def test_e57_is_read_by_programs_that_know_nothing_of_classes(tmp_path):
+    points, _ = surfaces()
+    label_cloud(asbuilt.read(write_e57(tmp_path / "in.e57", points)), complete_plan(), tmp_path / "out.e57")
+    with pye57.E57(str(tmp_path / "out.e57")) as out:
+        scan = out.read_scan(1, intensity=True, colors=True)
+    expected = np.array_split(points, 2)[1]
+    expected = expected[np.arange(len(expected)) % 10 != 0]
+    found = np.column_stack([scan[f"cartesian{axis}"] for axis in "XYZ"])
+    np.testing.assert_allclose(found, expected, atol=2e-6)
+    assert asbuilt.read(tmp_path / "out.e57").points == len(points)
+
+
+def test_e57_twice_is_the_same_file(tmp_path):
+    source = write_e57(tmp_path / "in.e57", surfaces()[0])
+    for name in ("a.e57", "b.e57"):
+        label_cloud(asbuilt.read(source), complete_plan(), tmp_path / name)
+    assert (tmp_path / "a.e57").read_bytes() == (tmp_path / "b.e57").read_bytes()
+    label_cloud(asbuilt.read(tmp_path / "a.e57"), complete_plan(), tmp_path / "again.e57")
+    for once, twice in zip(read_e57(tmp_path / "a.e57"), read_e57(tmp_path / "again.e57"), strict=True):
+        assert once.fields.keys() == twice.fields.keys()
+        for name, values in once.fields.items():
+            np.testing.assert_array_equal(values, twice.fields[name], err_msg=name)
+
+
+FIXTURES = sorted((Path(__file__).parent / "data").glob("e57_*.e57"))
+
+
+@pytest.mark.parametrize("source", FIXTURES, ids=lambda path: path.stem)
+def test_e57_of_every_kind_is_told_as_its_points_are(source, tmp_path):
+    """Two ways to the coordinates: libE57 with our poses and spheres, and our own reader."""
+    cloud = asbuilt.read(source)
+    if cloud.points == 0:
+        label_cloud(cloud, FloorPlan(), tmp_path / "out.e57")
+        assert asbuilt.read(tmp_path / "out.e57").points == 0
+        return
+    points = np.concatenate(list(cloud))
+    here = points[np.linalg.norm(points - points[-1], axis=1) < 1000.0]  # some have scans in Africa and in Europe
+    (x0, y0, z0), (x1, y1, z1) = here.min(axis=0), here.max(axis=0)
+    middle = (x0 + x1) / 2
+    room = Room(((x0, y0), (middle, y0), (middle, y1), (x0, y1)), floor=z0, ceiling=z1, id="R1")
+    plan = FloorPlan((Storey(0, z0, z1, rooms=(room,), walls=(Wall((x0, y0), (x1, y1), id="W1"),)),))
+    expected = np.bincount(tell(PlanLookup(plan), points).classes, minlength=256)
+    counts = label_cloud(cloud, plan, tmp_path / "out.e57")
+    assert counts == {kind: expected[kind] for kind in PointClass}
+    assert len([kind for kind, count in counts.items() if count]) >= 2
+    np.testing.assert_array_equal(np.concatenate(list(asbuilt.read(tmp_path / "out.e57"))), points)
+
+
+def test_las_becomes_one_scan_and_ptx_as_many_as_it_has(tmp_path):
+    points, truth = surfaces()
+    label_cloud(asbuilt.read(write_las(tmp_path / "in.las", points)), complete_plan(), tmp_path / "las.e57")
+    (scan,) = read_e57(tmp_path / "las.e57")
+    np.testing.assert_array_equal(scan.fields["asbuilt:class"], truth)
+    found = np.column_stack([scan.fields[f"cartesian{axis}"] for axis in "XYZ"]) + scan.translation
+    np.testing.assert_allclose(found, points, atol=0.000101)
+    places = [(EAST + 2.0, NORTH + 2.5, 114.0), (EAST + 6.0, NORTH + 2.5, 114.0)]
+    with (tmp_path / "in.ptx").open("w") as stream:
+        for place, part in zip(places, np.array_split(points, 2), strict=True):
+            stream.write(f"{len(part)}\n1\n{' '.join(map(str, place))}\n1 0 0\n0 1 0\n0 0 1\n")
+            stream.write("1 0 0 0\n0 1 0 0\n0 0 1 0\n" + " ".join(map(str, place)) + " 1\n")
+            np.savetxt(stream, np.column_stack([part - place, np.full(len(part), 0.5)]), fmt="%.5f")
+    label_cloud(asbuilt.read(tmp_path / "in.ptx"), complete_plan(), tmp_path / "ptx.e57")
+    scans = read_e57(tmp_path / "ptx.e57")
+    assert [tuple(scan.translation) for scan in scans] == places
+    np.testing.assert_array_equal(np.concatenate([scan.fields["asbuilt:class"] for scan in scans]), truth)
+
+
+def test_an_e57_cut_short_is_one_line_and_leaves_nothing(tmp_path):
+    source = write_e57(tmp_path / "in.e57", surfaces()[0])
+    cloud = asbuilt.read(source)
+    content = bytearray(source.read_bytes())
+    content[3000:60000] = bytes(57000)
+    source.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        label_cloud(cloud, complete_plan(), tmp_path / "out.e57")
+    assert str(source) in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.e57"]
+
+
+@pytest.mark.parametrize("library", ["laspy", "pye57"])
+def test_without_its_library_the_command_that_installs_it_is_named(library):
+    suffix = ".las" if library == "laspy" else ".e57"
+    script = (
+        f"import sys; sys.modules[{library!r}] = None\n"
+        "from asbuilt.label import check_output\nfrom asbuilt.errors import MissingExtraError\n"
+        f"try: check_output('out{suffix}')\nexcept MissingExtraError as error: print(error)"
+    )
+    assert "pip install 'asbuilt[label]'" in subprocess.check_output([sys.executable, "-c", script], text=True)
+
+
+@pytest.mark.parametrize("name", ["out.docx", "absent/out.las", "folder.laz"])
+def test_a_place_that_cannot_be_written_is_found_before_any_work(name, tmp_path):
+    (tmp_path / "folder.laz").mkdir()
+    with pytest.raises(OutputError):
+        check_output(tmp_path / name)

@@ -104,15 +104,11 @@ def _scaling(cloud: PointCloud, sources: list[Any]) -> tuple[FloatArray, FloatAr
     offsets = [np.asarray(source.offsets) for source in sources]
     if len(sources) < len(cloud.files):
         scales.append(np.full(3, _SCALE / cloud.unit))
-        bounds = next((file.header["bounds"] for file in cloud.files if file.header["bounds"] is not None), None)
-        offsets.append(np.floor(_first_point(cloud) if bounds is None else bounds[0]))
+        other = next(file for file in cloud.files if not file.header["format"].startswith("LAS"))
+        # where its points are, not where its header says they are
+        offsets.append(np.floor(next((batch[0] for batch, _ in _core.PointReader(other.path)), np.zeros(3))))
     same = all((offset == offsets[0]).all() for offset in offsets)
     return np.min(scales, axis=0), offsets[0] if same else np.floor(offsets[0])
-
-
-def _first_point(cloud: PointCloud) -> FloatArray:
-    first: FloatArray = next((batch[0] for batch, _ in _core.PointReader(cloud.files[0].path)), np.zeros(3))
-    return first
 
 
 def _describe(header: Any, cloud: PointCloud, sources: list[Any], lookup: PlanLookup) -> None:

@@ -20,7 +20,7 @@ CELL = 0.02
 """Side of a cell, m: what is decided at its middle holds for all of it, so borders are off by 14 mm at most."""
 _TILE = 32  # cells along the side of a tile
 _CELLS = _TILE * _TILE
-_MAX_TILES = 2**24  # of 64 cm, 2.6 km each way; beyond that cells grow, so that one stray wall does not fill the memory
+_MAX_TILES = 2**20  # of 64 cm, 650 m each way; beyond that cells grow, so that a stray wall does not fill the memory
 
 
 @dataclass(frozen=True)
