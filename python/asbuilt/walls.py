@@ -114,6 +114,8 @@ def _attached(opening: AnyOpening, walls: Sequence[Wall]) -> AnyOpening:
     best, best_distance = None, np.inf
     for wall in walls:
         along, length = _direction(wall)
+        if length < opening.length / 2:
+            continue  # a stub, or a wall whose junctions leave nothing of its centreline: it has no direction
         place = (ends - wall.start) @ along
         aside = (ends - wall.start) @ np.array([-along[1], along[0]])
         apart = abs(float(aside.mean()))
