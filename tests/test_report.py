@@ -214,18 +214,14 @@ def test_every_plan_has_a_report_and_always_the_same(plan: FloorPlan, tmp_path: 
     assert all(target.startswith(("#", "data:image/png;base64,")) for target in targets)
 
 
-def test_survey_coordinates_are_drawn_as_well_as_others(tmp_path: Path) -> None:
-    """Browsers draw with single precision: 5,400,000 m would jump by half a metre."""
-
-    def drawn(plan: FloorPlan, name: str) -> list[str]:
-        (written,) = export(plan, tmp_path / name)
-        return re.findall(r' d="([^"]*)"', written.read_text(encoding="utf-8"))
-
+def test_survey_coordinates_are_drawn_near_the_origin(tmp_path: Path) -> None:
+    """Browsers draw with single precision: at 5,400,000 m walls would jump by half a metre."""
     nothing = Storey(2, 118.0, 120.5)
-    here, there = (
-        dataclasses.replace(p, storeys=(*p.storeys, nothing)) for p in (complete_plan(0, 0), complete_plan())
-    )
-    assert drawn(there, "there.html") == drawn(here, "here.html")
+    plan = complete_plan()
+    (written,) = export(dataclasses.replace(plan, storeys=(*plan.storeys, nothing)), tmp_path / "plan.html")
+    paths = re.findall(r' d="([^"]*)"', written.read_text(encoding="utf-8"))
+    assert len(paths) > 100
+    assert all(-500 < float(value) < 1500 for path in paths for value in re.findall(r"[-\d.]+", path))
 
 
 def test_occupancy_alone_gives_a_report_that_says_what_it_lacks(tmp_path: Path) -> None:
