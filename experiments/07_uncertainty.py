@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 import asbuilt
 import common
+import uncertain_hough
 from asbuilt import Evidence, merge_collinear
 from asbuilt.grid import FloatArray
 from asbuilt.params import RefineParameters
@@ -61,7 +62,7 @@ def main() -> None:
         }
         for variant in VARIANTS
     ]
-    common.write_result("07_uncertainty", results)
+    common.write_result("07_uncertainty", results, {**PAPER.as_dict(), "uncertain_hough": uncertain_hough.CONSTANTS})
     heading = ["heights", "cells", "vote", "P", "R", "F observed", "F all", *(f"F {case}" for case in CASES)]
     heading += ["E_D, mm", "E_Theta, °", "E_OS", "E_OL", "CPU time, s"]
     common.write_table("07_uncertainty", heading, [_row(result) for result in results])

@@ -32,6 +32,17 @@ LEAST = 0.1
 #: of certain wall (four cells of 10 cm).
 FILL_GAP, MIN_LENGTH, WEAKEST = 0.7, 0.2, 0.4
 
+CONSTANTS = {
+    "angles": ANGLES,
+    "step": STEP,
+    "registration": REGISTRATION,
+    "reach": REACH,
+    "least": LEAST,
+    "fill_gap": FILL_GAP,
+    "min_length": MIN_LENGTH,
+    "weakest": WEAKEST,
+}
+
 
 @dataclass(frozen=True)
 class Cells:
