@@ -157,6 +157,12 @@ def _las_records(file: InputFile, header: Any) -> Iterator[Any]:
 def _converted(points: Any, header: Any) -> Any:
     """Points in the new format, with all that it has a place for."""
     record = laspy.ScaleAwarePointRecord.zeros(len(points), header=header)
+    old, new = points.array.dtype, record.array.dtype
+    if new.descr[: len(old.descr)] == old.descr:
+        # nearly always: the old record is the head of the new, and is copied at once
+        whole = np.dtype({"names": ["old"], "formats": [f"V{old.itemsize}"], "itemsize": new.itemsize})
+        record.array.view(whole)["old"] = points.array.view(f"V{old.itemsize}")
+        return record
     if points.point_format.id >= 6:
         for name in record.array.dtype.names:
             if name in points.array.dtype.names:
