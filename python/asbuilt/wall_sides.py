@@ -36,8 +36,10 @@ _ACROSS = 1.2
 """The other side of a wall goes on this far beyond its faces, across an opening, m."""
 _BLANK = 6
 """Columns after each side that stay empty, so that a look around a cell never leaves its side."""
+_ABOUT = 5.0
+"""Only what lies this near along a side counts for the depth of its wall, m."""
 _BACK = (20, 0.004)
-"""So many voxels behind the filled cells of a side, at one depth, are the other side of its wall; and for each cell."""
+"""So many voxels at one depth behind filled cells are the other side of the wall; in all, and for each such cell."""
 _SAME_CIRCLE = 0.25
 """Arcs whose centres and radii differ less are of one round wall, m."""
 LOWEST = -0.3
@@ -158,8 +160,7 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     # What lies behind a filled stretch of the plane was seen from the other side.
     solid = ~_grown(~wall, 7, 7)
     hidden = solid[column, row] & (depth > PLANE)
-    cells = np.add.reduceat(solid.sum(axis=1), first[:-1]).astype(np.float64) if total else np.zeros(0)
-    back = np.repeat(_back(number[hidden], depth[hidden], cells), counts)
+    back = _back(column[hidden], depth[hidden], solid.sum(axis=1), first, step)
     twin = np.where(np.isfinite(twin), twin, back)
     body = picture((depth > PLANE) & (depth < np.minimum(twin[column] - PLANE, _DEPTH - 0.05))) & ~wall
     return WallSides(
@@ -321,15 +322,17 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
     return twin
 
 
-def _back(side: IntArray, depth: FloatArray, cells: FloatArray) -> FloatArray:
-    """The least depth (n,), m, at which many of the voxels (h,) behind a side's filled `cells` (n,) lie."""
+def _back(column: IntArray, depth: FloatArray, filled: IntArray, first: IntArray, step: float) -> FloatArray:
+    """The least depth (c,), m, at which many of the voxels (h,) behind the filled cells about each column lie."""
     slots = int(np.ceil(_DEPTH / 0.02)) + 1
-    counts = np.bincount(side * slots + (depth / 0.02).astype(np.int64), minlength=len(cells) * slots)
-    counts = counts.reshape(len(cells), slots)
+    total = len(filled)
+    counts = np.bincount(column * slots + (depth / 0.02).astype(np.int64), minlength=total * slots)
+    about = 2 * round(_ABOUT / step) + 1
+    sums = about * smooth_rows(np.column_stack([counts.reshape(total, slots), filled]).astype(np.float64), first, about)
+    dense, cells = sums[:, :-1], sums[:, -1]
     # More than in the slot before: what strays behind the plane grows less with the distance.
-    many = (counts >= np.maximum(_BACK[0], _BACK[1] * cells)[:, None]) & (
-        counts > 1.5 * np.pad(counts, ((0, 0), (1, 0)))[:, :-1]
-    )
+    many = dense >= np.maximum(_BACK[0], _BACK[1] * cells)[:, None]
+    many &= dense > 1.5 * np.pad(dense, ((0, 0), (1, 0)))[:, :-1]
     many[:, :2] = False
     depths: FloatArray = np.where(many.any(axis=1), many.argmax(axis=1) * 0.02, _DEPTH)
     return depths
