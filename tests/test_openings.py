@@ -186,6 +186,14 @@ def test_a_niche_to_the_ceiling_is_no_door() -> None:
     assert plan.doors + plan.windows == ()
 
 
+def test_a_shut_door_up_to_the_ceiling_is_no_niche() -> None:
+    points = two_rooms((2.0, 2.9, 0.0, 2.6))
+    leaves = [wall((2.0, y), (2.9, y), 0, 2.6) for y in (4.15, 4.2)]
+    [door] = storey(points, *leaves).doors
+    assert door.state == "shut"
+    assert door.width == pytest.approx(0.9, abs=WIDTH)
+
+
 def test_a_gap_that_nobody_looked_through_is_unknown() -> None:
     points = without(box_room(0, 0, 6, 4), (2.0, 3.9, -0.1), (3.0, 4.1, 2.7))
     cloud = evidence(points)

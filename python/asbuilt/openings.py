@@ -31,6 +31,8 @@ _DOOR_HEIGHT = 1.75
 """Doors are at least this high, m."""
 _LEAF = 0.45
 """A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
+_LEAF_THICK = 0.09
+"""A leaf and what the other side of its wall lies beyond it are no thicker, m."""
 _PANE = 0.015
 """Share of an opening that a pane fills at least."""
 _BESIDE = 0.4
@@ -187,7 +189,10 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
     head = LOWEST + (box.top - 0.5) * step
     width = (box.high - box.low) * step
     rim = measure_rim(box, sides, seen)
-    kind = _classify(rim, width, sill - floor, head - sill, head > ceiling - 0.12, np.isfinite(beyond))
+    to_ceiling = head > ceiling - 0.12
+    # A recess up to the ceiling is a niche, unless what closes it is as thin as a leaf.
+    closes = not to_ceiling or _leaf_behind(sides, box, sill, head)
+    kind = _classify(rim, width, sill - floor, head - sill, to_ceiling, closes, bool(np.isfinite(beyond)))
     if kind is None:
         return None
     jambs = [_jamb(sides, voxels, box, at_end) for at_end in (False, True)]
@@ -238,7 +243,23 @@ def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
     return replace(box, low=low, high=high)
 
 
-def _classify(rim: Rim, width: float, sill: float, height: float, to_ceiling: bool, indoors: bool) -> str | None:
+def _leaf_behind(sides: WallSides, box: Box, sill: float, head: float) -> bool:
+    """Whether what fills a box stands so near to the other side of its wall that it can only be a leaf."""
+    low, high = ((column - sides.first[box.side]) * sides.step for column in (box.low, box.high))
+    inside = sides.hits(box.side, low + 0.15, high - 0.15)
+    inside = inside[(sides.z[inside] > sill + 0.2) & (sides.z[inside] < head - 0.2) & (sides.depth[inside] > PLANE)]
+    behind = sides.twin[sides.column[inside]] - sides.depth[inside]
+    # The back of the same leaf, flush with the other side, counts as that side.
+    return (
+        bool(len(inside))
+        and bool(np.median(behind) < _LEAF_THICK)
+        and bool(np.median(sides.twin[box.low : box.high]) < 0.34)
+    )
+
+
+def _classify(
+    rim: Rim, width: float, sill: float, height: float, to_ceiling: bool, closes: bool, indoors: bool
+) -> str | None:
     ends = (max(rim.left, rim.wall_left), max(rim.right, rim.wall_right))
     if rim.wall_within > 0.3 or min(ends) < 0.15:
         return None
@@ -247,7 +268,7 @@ def _classify(rim: Rim, width: float, sill: float, height: float, to_ceiling: bo
         if pane and not indoors:
             return "window"
         if rim.density > _LEAF:
-            return None if to_ceiling else "door"
+            return "door" if closes else None
         jambs = max(rim.left, rim.right)
         if rim.bottom > 0.4 or (rim.top > 0.4 and jambs > 0.4):
             return "door" if (min(ends) > 0.4 and (not to_ceiling or min(rim.left, rim.right) > 0.3)) else None
