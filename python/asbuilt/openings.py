@@ -64,6 +64,7 @@ class Measured(TypedDict):
 
     id: str
     seen: float
+    voxels: int
     sill: float
     head: float
 
@@ -86,6 +87,7 @@ class Hole:
     sill, head : heights above the storey's floor, m.
     kind : "door", "window" or "unknown".
     score : share of its rim that was seen, 0..1.
+    cells : number of its cells of a voxel's size in which something was seen.
     density : share of it that something in the wall's body fills, 0..1.
     twin : how far behind the plane the other side of the wall is, m; None where that was not seen.
     sure : whether each jamb was seen as a surface of its own.
@@ -99,6 +101,7 @@ class Hole:
     head: float
     kind: str
     score: float
+    cells: int
     density: float
     twin: float | None
     sure: tuple[bool, bool]
@@ -210,6 +213,7 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
         head,
         kind,
         score,
+        box.cells,
         rim.density,
         twin if twin < 0.34 else None,
         (sure_low, sure_high),
@@ -400,7 +404,13 @@ def _draw(pairs: list[list[Hole]], gaps: list[FloatArray], voxels: StoreyVoxels,
         return (x1, y1), (x2, y2)
 
     def measured(letter: str, number: int, hole: Hole) -> Measured:
-        return {"id": f"S{storey}-{letter}{number}", "seen": hole.score, "sill": hole.sill, "head": hole.head}
+        return {
+            "id": f"S{storey}-{letter}{number}",
+            "seen": hole.score,
+            "voxels": hole.cells,
+            "sill": hole.sill,
+            "head": hole.head,
+        }
 
     return Openings(
         tuple(
