@@ -210,6 +210,14 @@ def test_a_gap_that_nobody_looked_through_is_unknown() -> None:
     assert unknown.width == pytest.approx(1.0, abs=0.06)
 
 
+def test_partitions_have_no_openings() -> None:
+    cloud = evidence(box_room(0, 0, 3, 3))
+    voxels = storey_voxels(cloud, find_storeys(cloud)[0], None)
+    ends = np.array([[0.0, 0.0], [3.0, 0.0]]) - voxels.origin
+    elevations = draw_elevations(ends.reshape(1, 4), np.array([True]), voxels)
+    assert find_openings([Face(0, *ends, 1.0)], elevations, np.zeros(len(elevations.upper)), voxels, 0).all == ()
+
+
 def test_without_faces_there_are_no_openings() -> None:
     cloud = evidence(box_room(0, 0, 3, 3))
     voxels = storey_voxels(cloud, find_storeys(cloud)[0], None)

@@ -123,9 +123,9 @@ def find_openings(
     -------
     Openings : doors, windows, and gaps that no scan could look through; empty where there are no faces.
     """
-    if not faces:
-        return Openings()
     sides = unroll_sides(faces, elevations, voxels)
+    if len(sides.segments) == 0:
+        return Openings()
     seen = look_behind(sides)
     boxes = find_boxes(sides, seen)
     holes = [
