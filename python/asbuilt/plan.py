@@ -7,16 +7,20 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import math
 import os
 import re
+import types
+import typing
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from asbuilt.errors import InputError
 
+_Made = TypeVar("_Made")
 Point = tuple[float, float]
 DoorState = Literal["open", "shut", "cased", "unknown"]
 FRAME = "x, y of the input's own frame, in metres; z up; not longitude and latitude unless crs says so"
@@ -319,12 +323,12 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
             return plan_from_geojson(json.load(stream))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: expected a GeoJSON plan written by asbuilt, found {error!r}") from error
 
 
 def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:
-    """The inverse of `FloorPlan.to_geojson`; raises KeyError, TypeError or ValueError where `data` is not a plan."""
+    """The inverse of `FloorPlan.to_geojson`; raises what `load_plan` catches where `data` is no plan."""
     storeys: dict[int, Storey] = {}
     parts: dict[int, dict[str, Any]] = {}
     for feature in data["features"]:
@@ -332,18 +336,19 @@ def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:
         index, kind = properties["storey"], properties["kind"]
         if kind == "storey":
             ring = None if geometry is None else _open_ring(geometry["coordinates"][0])
-            storeys[index] = Storey(index, properties["floor"], properties["ceiling"], ring)
+            storeys[index] = _checked(Storey(index, properties["floor"], properties["ceiling"], ring))
         elif kind in _KINDS:
             of_storey, where = parts.setdefault(index, {}), _KINDS[kind][0]
             of_storey[where] = (*of_storey.get(where, ()), _element(kind, properties, geometry))
     about = data.get("asbuilt", {})
-    return FloorPlan(
+    plan = FloorPlan(
         storeys=tuple(dataclasses.replace(storeys[index], **parts.get(index, {})) for index in sorted(storeys)),
         parameters=about.get("parameters", {}),
         inputs=tuple(about.get("inputs", ())),
         crs=_crs_of(data.get("crs")),
         notes=tuple(about.get("notes", ())),
     )
+    return _checked(plan)
 
 
 #: `properties.kind` of each element: where a storey keeps it, and its type.
@@ -406,7 +411,40 @@ def _element(kind: str, properties: dict[str, Any], geometry: dict[str, Any]) ->
         values["holes"] = tuple(holes)
     elif made is Stair:
         values["ring"] = _open_ring(coordinates[0])
-    return made(**values)
+    return _checked(made(**values))
+
+
+def _checked(made: _Made) -> _Made:
+    """What was read, if its values are of the types that it states."""
+    kind: Any = type(made)
+    for name, hint in _hints(kind).items():
+        value = getattr(made, name)
+        if not _fits(value, hint):
+            raise ValueError(f"{name} = {str(value)[:60]!r} of a {kind.__name__}")
+    return made
+
+
+@functools.cache
+def _hints(kind: Any) -> dict[str, Any]:
+    hints = typing.get_type_hints(kind)
+    return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
+
+
+def _fits(value: Any, hint: Any) -> bool:
+    """Whether a value is of a type; numbers must be finite, and whole ones do where others are expected."""
+    origin, parts = typing.get_origin(hint), typing.get_args(hint)
+    if hint in (int, float):
+        known = int if hint is int else int | float
+        return isinstance(value, known) and not isinstance(value, bool) and math.isfinite(value)
+    if origin in (typing.Union, types.UnionType):
+        return any(_fits(value, part) for part in parts)
+    if origin is Literal:
+        return value in parts
+    if origin is tuple and parts[-1] is Ellipsis:
+        return isinstance(value, tuple) and all(_fits(item, parts[0]) for item in value)
+    if origin is tuple:
+        return isinstance(value, tuple) and len(value) == len(parts) and all(map(_fits, value, parts))
+    return isinstance(value, origin or hint)
 
 
 def _tuples(value: Any) -> Any:
@@ -418,6 +456,8 @@ def _closed_ring(ring: tuple[Point, ...]) -> list[list[float]]:
 
 
 def _open_ring(ring: list[list[float]]) -> tuple[Point, ...]:
+    if len(ring) < 4:
+        raise ValueError(f"a ring of {len(ring)} points, expected at least 4, the last of them the first")
     return tuple((x, y) for x, y in ring[:-1])
 
 
