@@ -11,6 +11,7 @@ from functools import cache
 from io import BytesIO
 from pathlib import Path
 
+import made
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,6 +22,7 @@ from PIL import Image
 
 import asbuilt
 from asbuilt import Parameters, evidence_from_points
+from asbuilt.columns import find_columns
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.curves import find_curves
 from asbuilt.elevations import MARGIN, ON_PLANE, Elevations, draw_elevations
@@ -31,6 +33,7 @@ from asbuilt.opening_boxes import find_boxes, look_behind
 from asbuilt.openings import find_openings
 from asbuilt.partitions import find_partitions
 from asbuilt.profiles import StoreyVoxels, columns, storey_voxels
+from asbuilt.stairs import find_stairs, surfaces
 from asbuilt.storeys import Level, drop_strays
 from asbuilt.wall_lines import find_wall_lines
 from asbuilt.wall_sides import LOWEST, unroll_sides
@@ -420,6 +423,54 @@ def openings_picture(figure: Figure) -> None:
     )
 
 
+def columns_picture(figure: Figure) -> None:
+    """A hall made for the picture: the voxels of its columns and of a cupboard, and the columns found."""
+    v = made.hall()
+    found = find_columns(v, 0)
+    above, below = figure.subplots(2, 1, height_ratios=(1, 1.5))
+    tall = columns(v)
+    above.scatter(*tall.xy[tall.filled > 3].T, s=2, lw=0, color=FAINT)
+    plan_axes(above, f"{len(found)} columns; the cupboard on the right ends at 2.1 m")
+    standing = (v.z > 0.3) & (v.z < v.height - 0.15)
+    below.scatter(*v.xy[standing].T, s=1, lw=0, color=FAINT)
+    for axes in (above, below):
+        for column in found:
+            ring = np.array([*column.ring, column.ring[0]]) - v.origin
+            axes.plot(*ring.T, color=WALL, lw=1.4)
+    x0, x1 = min(c.centre[0] for c in found), max(c.centre[0] for c in found)
+    middle = np.mean([c.centre[1] for c in found]) - v.origin[1]
+    below.set(xlim=(x0 - v.origin[0] - 0.5, x1 - v.origin[0] + 0.5), ylim=(middle - 0.6, middle + 0.6))
+    plan_axes(below, "Means of the voxels between floor and ceiling, and the outlines fitted to them")
+
+
+def stairs_picture(figure: Figure) -> None:
+    """A flight made for the picture: its surfaces by their heights, the outline and the way up."""
+    v = made.staircase()
+    (stair,) = find_stairs(v, 0)
+    xy, z = surfaces(v)
+    axes = figure.subplots()
+    image = axes.scatter(*xy.T, c=z, s=9, lw=0, marker="s", cmap="viridis")
+    figure.colorbar(image, ax=axes, label="height, m", pad=0.01)
+    axes.plot(*(np.array([*stair.ring, stair.ring[0]]) - v.origin).T, color=WALL, lw=1.6)
+    (x0, y0), (x1, y1) = np.array(stair.path) - v.origin
+    axes.annotate("", (x1, y1), (x0, y0), arrowprops={"arrowstyle": "->", "color": WALL})
+    plan_axes(axes, f"Surfaces with room over them, and a flight that rises by {stair.rise:.2f} m")
+
+
+def trust_picture(figure: Figure) -> None:
+    """The faces of the example by how likely they are real, and by how far off they may be."""
+    faces = asbuilt.extract_floor_plan(evidence()).wall_faces
+    ends = np.array([(*face.start, *face.end) for face in faces]) - np.tile(voxels().origin, 2)
+    sigma = np.array([np.nan if face.sigma is None else 1960 * face.sigma for face in faces])
+    confidence = np.array([face.confidence for face in faces])
+    shown = ((confidence, (0.5, 1.0), "Confidence"), (sigma, (0.0, 15.0), "Error that 95 % keep within, mm"))
+    for axes, (values, limits, title) in zip(figure.subplots(2, 1), shown, strict=True):
+        background(axes)
+        found = LineCollection(list(ends.reshape(-1, 2, 2)), array=values, cmap="plasma", clim=limits, linewidths=2.2)
+        figure.colorbar(axes.add_collection(found), ax=axes, pad=0.01)
+        plan_axes(axes, title)
+
+
 def plan_picture(figure: Figure) -> None:
     """What a user gets: the plan over the density of the points."""
     axes = figure.subplots()
@@ -451,6 +502,9 @@ PICTURES: dict[str, tuple[Callable[[Figure], None], float]] = {
     "curves": (curves_picture, 4.2),
     "corners": (corners_picture, 9.6),
     "openings": (openings_picture, 9.6),
+    "columns": (columns_picture, 5.6),
+    "stairs": (stairs_picture, 3.4),
+    "trust": (trust_picture, 9.6),
     "plan": (plan_picture, 5.0),
 }
 
