@@ -119,7 +119,7 @@ def test_what_speaks_for_a_face_and_against_it(feature: str, sign: int) -> None:
 def test_sigma_grows_with_either_misfit() -> None:
     def sigma(scatter: float, disagreement: float) -> float:
         one = np.ones(1)
-        return float(position_sigma(Looks(scatter * one, disagreement * one, np.zeros((1, 8)), one > 0))[0])
+        return float(position_sigma(Looks(scatter * one, disagreement * one, np.zeros((1, len(FEATURES))), one > 0))[0])
 
     assert sigma(0.004, 0.001) == pytest.approx(2 * sigma(0.001, 0.001))
     assert sigma(0.001, 0.004) == pytest.approx(2 * sigma(0.001, 0.001))

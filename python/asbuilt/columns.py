@@ -162,6 +162,8 @@ def _widened(image: BoolArray) -> BoolArray:
 
 def fit_shape(xy: FloatArray, covariance: FloatArray) -> Shape | None:
     """The rectangle or the circle that voxels (n, 2) with covariances (n, 3) lie on; None where neither fits."""
+    middle = xy.mean(axis=0)  # a small turn about a far origin is a large shift
+    xy = xy - middle
     angle, box = _nearest_box(xy)
     size = box[1] - box[0]
     if size.min() < _SIZE[0] / 3 or size.max() > _SIZE[1]:
@@ -174,7 +176,7 @@ def fit_shape(xy: FloatArray, covariance: FloatArray) -> Shape | None:
         misfit = float(np.mean(np.minimum(off, 2 * _NEAR) ** 2))
         if (off < _NEAR).mean() > 0.75 and (best is None or misfit < best[0]):
             best = misfit, shape
-    return None if best is None else best[1]
+    return None if best is None else replace(best[1], centre=best[1].centre + middle)
 
 
 def _nearest_box(xy: FloatArray) -> tuple[float, FloatArray]:

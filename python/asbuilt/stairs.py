@@ -100,7 +100,7 @@ def _where_heights_change(xy: FloatArray, z: FloatArray) -> BoolArray:
     found = counts >= 3
     for axis in (0, 1):
         found = found | np.roll(found, 1, axis) | np.roll(found, -1, axis)
-    near: BoolArray = (found.sum(axis=2) >= 4)[tuple(block.T)]
+    near: BoolArray = (found.sum(axis=2) >= 3)[tuple(block.T)]
     return near
 
 

@@ -26,7 +26,17 @@ from asbuilt.plan import Column, Opening, Room, Stair, Storey, Wall, WallFace
 from asbuilt.profiles import StoreyVoxels
 
 MODEL = Path(__file__).with_name("trust.json")
-FEATURES = ("scatter", "disagreement", "front", "ceiling_behind", "floor_behind", "score", "length", "other_face")
+FEATURES = (
+    "scatter",
+    "disagreement",
+    "front",
+    "ceiling_behind",
+    "floor_behind",
+    "partition",
+    "score",
+    "length",
+    "other_face",
+)
 """What the chance of a face is told by, the columns of `Looks.features`."""
 
 _STRETCH = 0.4
@@ -157,8 +167,11 @@ def _disagreement(
     return np.asarray(np.sqrt((free * variance + _SHARED * common) / (free + _SHARED)))
 
 
-def _means(face: Face, elevations: Elevations) -> tuple[float, float, float]:
-    """Means of `front`, `ceiling_behind` and `floor_behind` along a face."""
+def _means(face: Face, elevations: Elevations) -> tuple[float, float, float, float]:
+    """Means of `front`, `ceiling_behind` and `floor_behind` along a face, and whether it is a partition's.
+
+    Floor and ceiling do go on behind a free-standing partition, so that they say nothing about it.
+    """
     start, along = elevations.lines[face.line, :2], elevations.along(face.line)
     place = sorted(float((tip - start) @ along) for tip in (face.start, face.end))
     begin, end = (int((at + MARGIN) / elevations.step) for at in place)
@@ -168,7 +181,7 @@ def _means(face: Face, elevations: Elevations) -> tuple[float, float, float]:
     front, ceiling, floor = (
         float(part[steps].mean()) for part in (elevations.front, elevations.ceiling_behind, elevations.floor_behind)
     )
-    return front, ceiling, floor
+    return (front, 0.0, 0.0, 1.0) if elevations.partition[face.line] else (front, ceiling, floor, 0.0)
 
 
 def _other_face(i: int, segments: FloatArray, length: FloatArray) -> float:
