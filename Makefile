@@ -18,7 +18,7 @@ export PIP_QUIET := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 RUST_SOURCES := Cargo.toml $(wildcard Cargo.lock) $(shell find crates -name '*.rs' -o -name Cargo.toml)
-PYTHON_SOURCES := python tests $(wildcard experiments docs)
+PYTHON_SOURCES := python tests $(wildcard experiments docs benches)
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-16s%s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -76,8 +76,11 @@ docs: setup ## the documentation, into out/docs; a warning fails
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -b html docs out/docs
 	@echo "out/docs/index.html"
 
-bench: setup ## speed: benches of the core crate
-	cargo bench -p asbuilt-core
+POINTS ?= 50000000
+bench: setup ## speed against peers, into docs/benchmarks.md (an hour and 12 GB in out/bench; POINTS=5000000 for less)
+	$(BIN)/python -m pip install --group bench
+	cargo build --release --quiet -p asbuilt-core --example peers
+	$(BIN)/python benches/run.py out/bench/$(POINTS) --points $(POINTS)
 
 ACCURACY ?= --worse
 bench-accuracy: setup ## the accuracy tables (an hour; with ACCURACY= a few minutes, without worsened clouds)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import laspy
 import numpy as np
+import pye57
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -77,6 +78,38 @@ def test_files_and_threads_leave_no_trace(scans, whole, run, tmp_path):
     for number, order in enumerate(permutations(scans)):
         run("evidence", *order, "--threads", 1 + number % 3, "-o", tmp_path / "again.evidence")
         assert (tmp_path / "again.evidence").read_bytes() == whole
+
+
+def test_every_format_gives_the_same_voxels(tmp_path):
+    points = np.random.default_rng(5).uniform(-20, 20, (5000, 3)).round(4)
+    np.savetxt(tmp_path / "a.xyz", points, fmt="%.4f")
+    np.savetxt(
+        tmp_path / "a.pts", np.column_stack([points, np.zeros((5000, 4))]), fmt="%.4f", header="5000", comments=""
+    )
+    (tmp_path / "a.ptx").write_text(
+        "5000\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n"
+        + "".join(f"{x:.4f} {y:.4f} {z:.4f} 0.5\n" for x, y, z in points)
+    )
+    with (tmp_path / "a.ply").open("wb") as ply:
+        properties = "".join(f"property double {axis}\n" for axis in "xyz")
+        ply.write(f"ply\nformat binary_little_endian 1.0\nelement vertex 5000\n{properties}end_header\n".encode())
+        points.astype("<f8").tofile(ply)
+    for name, point_format, version in [("a.las", 3, "1.2"), ("a3.laz", 3, "1.2"), ("a7.laz", 7, "1.4")]:
+        las = laspy.create(point_format=point_format, file_version=version)
+        las.header.scales = [1e-4] * 3
+        las.x, las.y, las.z = points.T
+        las.write(tmp_path / name)
+    with pye57.E57(str(tmp_path / "a.e57"), mode="w") as e57:
+        e57.write_scan_raw({f"cartesian{axis}": column for axis, column in zip("XYZ", points.T, strict=True)})
+    for occupancy in (False, True):
+        parameters = EvidenceParameters(occupancy=occupancy)
+        expected = asbuilt.evidence_from_points(points, parameters)
+        files = sorted(tmp_path.glob("a*.*"))
+        assert len(files) == 8
+        for file in files:
+            found = gather_evidence(asbuilt.read(file), parameters)
+            for name in ("index", "count", "mean", "covariance"):
+                assert np.array_equal(getattr(found, name), getattr(expected, name)), file
 
 
 def test_merged_evidence_is_that_of_all_scans(scans, whole, run, tmp_path):

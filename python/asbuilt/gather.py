@@ -51,7 +51,8 @@ def gather_evidence(
     # Before hours are spent on reading: the same file must not come twice.
     Provenance.of_all([*(evidence.provenance for evidence in stored), *(scan.provenance for scan in scans)])
 
-    folder = None if resume is None else _make_folder(Path(resume))
+    # A file alone is done when all is done.
+    folder = None if resume is None or len(scans) < 2 else _make_folder(Path(resume))
     known = [] if folder is None else [scan for scan in scans if scan.part(folder).exists()]
     resumed = [Evidence.load(scan.part(folder)) for scan in known if folder is not None]
     unread = [scan for scan in scans if scan not in known]

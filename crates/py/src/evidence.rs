@@ -188,6 +188,9 @@ impl Evidence {
     /// The evidence of all these clouds together.
     #[pyo3(signature = (*others))]
     fn merged(&self, py: Python<'_>, others: Vec<PyRef<'_, Self>>) -> PyResult<Self> {
+        if others.is_empty() {
+            return Ok(Self { inner: self.inner.clone() });
+        }
         let mut parts: Vec<_> = others.iter().map(|other| other.inner.clone()).collect();
         parts.push(self.inner.clone());
         let merged = py.detach(|| {

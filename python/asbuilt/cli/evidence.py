@@ -92,7 +92,7 @@ def evidence_command(
                 cloud, parameters, threads=threads, progress=progress, skip_bad=skip_bad, resume=parts
             )
     evidence.save(output)
-    if dask is None:
+    if dask is None and parts.is_dir():
         shutil.rmtree(parts)
     _print_summary(evidence, output)
     for error in evidence.errors:
