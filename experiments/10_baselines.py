@@ -51,7 +51,6 @@ def main() -> None:
         "10_baselines",
         results,
         {
-            "libraries": _versions(),
             "baselines": {name: baseline.parameters for name, baseline in BASELINES.items()},
             "asbuilt": {preset: asbuilt.Parameters.preset(preset).as_dict() for preset in PRESETS},
         },
@@ -79,6 +78,7 @@ def _row(name: str) -> dict[str, Any] | None:
         **common.by_storey(scores),
         "seconds": {case: round(seconds, 2) for case, (_, seconds, _) in runs.items()},
         "megabytes": {case: round(megabytes) for case, (_, _, megabytes) in runs.items()},
+        "libraries": _versions(),
     }
     pooled = row["pooled"]["observed"]
     print(f"{name}: F {pooled['f']:.3f}, E_D {pooled['distance_error']}, {row['seconds']}", flush=True)
