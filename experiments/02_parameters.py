@@ -106,7 +106,7 @@ def _draw(results: dict[str, Any]) -> None:
                 axes.annotate(f"{value:g}", (r, p), fontsize=7, xytext=(3, 3), textcoords="offset points")
         axes.set(title=SWEEPS[sweep][-1], xlabel="recall", ylabel="precision", xlim=(0.5, 1), ylim=(0.3, 0.9))
         axes.grid(alpha=0.3)
-    figure.axes[0].legend(fontsize=8, title="observed truth; dashed: all", title_fontsize=8)
+    figure.axes[2].legend(loc="lower left", fontsize=8, title="observed truth; dashed: all", title_fontsize=8)
     common.write_picture("figure_07_parameters", figure)
 
 

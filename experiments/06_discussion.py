@@ -19,6 +19,8 @@ from asbuilt.evaluate.measures import covered_lengths
 from asbuilt.grid import FloatArray
 from common import CASES, REPORTED, load_case
 
+#: A face with one room on both its sides, this far off, is part of a partition within the room, m.
+BESIDE = 0.3
 MEASURES = ("f", "distance_error", "orientation_error_deg", "over_segmentation", "overlap")
 
 
@@ -116,10 +118,13 @@ def _category(face: Face, rooms: list[dict[str, Any]]) -> str:
     if face.observed < 0.3:
         return "faces no scan saw"
     line = shapely.LineString(np.array(face.line).reshape(2, 2))
-    away = [shapely.distance(shapely.Polygon(room["polygon"]).exterior, line.centroid) for room in rooms]
-    room = rooms[int(np.argmin(away))]
+    polygons = [shapely.Polygon(room["polygon"]) for room in rooms]
+    room = rooms[int(np.argmin([shapely.distance(polygon.exterior, line.centroid) for polygon in polygons]))]
     if line.length < 0.5:
         return "faces shorter than 0.5 m"
+    to_both_sides = shapely.MultiPoint([line.offset_curve(side).centroid for side in (-BESIDE, BESIDE)])
+    if any(polygon.contains(to_both_sides) for polygon in polygons):
+        return "partitions within a room"
     return "stores and lavatories" if room["kind"] in ("store", "wc") else "other rooms"
 
 
