@@ -3,7 +3,8 @@
 //! ```text
 //! peers e57 FILE           decode all points by the raw iterator
 //! peers laz FILE           decode all points, a chunk at a time
-//! peers write KIND RAW OUT an E57 of the float64 x, y, z in RAW; KIND is float64, float32 or scaled
+//! peers write KIND RAW OUT an E57 of the float64 x, y, z in RAW, with intensity and colour as scanners write them;
+//!                          KIND is float64, float32 or scaled
 //! ```
 
 use std::error::Error;
@@ -99,13 +100,17 @@ fn write_e57(kind: &str, raw: &str, out: &str) -> Result<f64, Box<dyn Error>> {
     let points = input.get_ref().metadata()?.len() as usize / 24;
     let mut writer = E57Writer::from_file(out, "{floor}")?;
     for first in (0..points).step_by(SCAN) {
-        let prototype = names.iter().map(|name| Record { name: name.clone(), data_type: data_type.clone() });
-        let mut scan = writer.add_pointcloud(&format!("{{scan {}}}", first / SCAN), prototype.collect())?;
+        let place = names.iter().map(|name| Record { name: name.clone(), data_type: data_type.clone() });
+        let looks = [Record::INTENSITY_UNIT_F32, Record::COLOR_RED_U8, Record::COLOR_GREEN_U8, Record::COLOR_BLUE_U8];
+        let prototype = place.chain(looks).collect();
+        let mut scan = writer.add_pointcloud(&format!("{{scan {}}}", first / SCAN), prototype)?;
         for _ in first..points.min(first + SCAN) {
             let mut bytes = [0; 24];
             input.read_exact(&mut bytes)?;
             let axis = |i: usize| f64::from_le_bytes(std::array::from_fn(|k| bytes[8 * i + k]));
-            scan.add_point((0..3).map(|i| value(axis(i))).collect())?;
+            let grey = || RecordValue::Integer(i64::from(bytes[0]));
+            let looks = [RecordValue::Single(f32::from(bytes[0]) / 255.0), grey(), grey(), grey()];
+            scan.add_point((0..3).map(|i| value(axis(i))).chain(looks).collect())?;
         }
         scan.finalize()?;
     }
