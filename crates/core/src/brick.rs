@@ -81,6 +81,11 @@ impl Sums {
 
     #[cold]
     fn insert(&mut self, place: u16) -> usize {
+        if self.places.is_empty() {
+            // A stray has a brick of its own and stays alone there.
+            self.places.reserve_exact(1);
+            self.moments.reserve_exact(1);
+        }
         self.places.push(place);
         self.moments.push(Moments::default());
         let index = self.moments.len() - 1;

@@ -61,6 +61,7 @@ impl<C> Brick<C> {
     #[inline]
     pub fn note_scan(&mut self, scan: u32) {
         if self.scans.last() != Some(&scan) && !self.scans.contains(&scan) {
+            self.scans.reserve_exact(1); // most bricks are hit by few
             self.scans.push(scan);
         }
     }
