@@ -5,6 +5,8 @@ added to it. `extract_floor_plan` goes all the way; each stage is a function of 
 section 3.
 """
 
+from typing import TYPE_CHECKING, Any
+
 from asbuilt.cross_sections import select_cross_sections
 from asbuilt.density import density_image
 from asbuilt.errors import AsBuiltError, InputError, MissingExtraError, OutputError, ParameterError
@@ -14,7 +16,6 @@ from asbuilt.ground import ground_plane_histogram, threshold_cells
 from asbuilt.lines import detect_lines
 from asbuilt.orientation import dominant_orientations, orientation_distribution, snap_to
 from asbuilt.params import Parameters
-from asbuilt.pipeline import extract_floor_plan
 from asbuilt.plan import FloorPlan, Storey, WallFace, load_plan
 from asbuilt.read import PointCloud, read
 from asbuilt.refine import fit_to_cells, merge_collinear
@@ -24,6 +25,9 @@ from asbuilt.storeys import (
     find_storeys,
     height_histogram,
 )
+
+if TYPE_CHECKING:
+    from asbuilt.pipeline import extract_floor_plan
 
 __version__ = "0.1.0"
 
@@ -60,3 +64,11 @@ __all__ = [
     "snap_to",
     "threshold_cells",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    if name == "extract_floor_plan":  # its stages take geometry libraries, which help and errors do not wait for
+        from asbuilt.pipeline import extract_floor_plan
+
+        return extract_floor_plan
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -160,7 +160,7 @@ def _arc(turns: FloatArray, circle: tuple[FloatArray, float]) -> FloatArray:
     """Vertices (n, 2) of chords from one angle of a circle to another."""
     centre, radius = circle
     step = 2 * np.arccos(1 - min(_SAGITTA / radius, 1.0))
-    angles = np.linspace(*turns, max(int(np.ceil(abs(turns[1] - turns[0]) / step)), 1) + 1)
+    angles = np.linspace(float(turns[0]), float(turns[1]), max(int(np.ceil(abs(turns[1] - turns[0]) / step)), 1) + 1)
     # Vertices a little outside, so that the chords follow the arc in the mean.
     points: FloatArray = centre + (radius + _SAGITTA * 2 / 3) * np.column_stack([np.cos(angles), np.sin(angles)])
     return points
@@ -203,7 +203,7 @@ def find_facets(turns: FloatArray, circle: tuple[FloatArray, float], voxels: Sto
     breaks = [len(seen)]
     while breaks[-1] > 0:
         breaks.append(int(before[breaks[-1]]))
-    breaks = breaks[::-1]
+    breaks.reverse()
     round_cost = float(((mean[seen] - radius) ** 2).sum()) / _NOISE**2 + _TOLL
     if total[-1] >= round_cost or len(breaks) < 4:
         return None
@@ -229,8 +229,7 @@ def _misfit(sums: FloatArray) -> FloatArray:
 
 def _chord(sums: FloatArray) -> FloatArray:
     """a, b of the chord through a stretch of which the moments (3, 3) are given."""
-    line: FloatArray = np.linalg.lstsq(sums[:2, :2], sums[:2, 2], rcond=None)[0]
-    return line
+    return np.asarray(np.linalg.lstsq(sums[:2, :2], sums[:2, 2], rcond=None)[0], dtype=np.float64)
 
 
 def _on_chord(line: FloatArray, angle: float) -> FloatArray:

@@ -28,6 +28,7 @@ from asbuilt.plan import FloorPlan, Storey, WallFace
 from asbuilt.profiles import columns, storey_voxels
 from asbuilt.read import PathLike, PointCloud, read
 from asbuilt.refine import fit_to_cells, merge_collinear
+from asbuilt.room_faces import draw_room_faces
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
 from asbuilt.stairs import find_stairs
 from asbuilt.storeys import Level, drop_strays, find_storeys
@@ -112,9 +113,11 @@ def _plan_by_profiles(
     faces = drop_sides(faces, standing, voxels)
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
-    wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
-    rooms = measure_rooms(find_rooms(faces, voxels), voxels, level, evidence.scans)
     openings = find_openings(faces, elevations, scores, voxels, level.index)
+    enclosed = find_rooms(faces, openings.doors, voxels)
+    faces = draw_room_faces(faces, enclosed, openings.doors, elevations, scores, voxels)
+    wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
+    rooms = measure_rooms(enclosed, voxels, level, evidence.scans)
     walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)
     planned = Storey(
         level.index,

@@ -16,10 +16,10 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt import _core
-from asbuilt.elevations import BoolArray, ceiling_heights
+from asbuilt.elevations import ON_PLANE, BoolArray, ceiling_heights
 from asbuilt.faces import Face
 from asbuilt.grid import FloatArray, IntArray
-from asbuilt.plan import Point, Room, Wall
+from asbuilt.plan import Opening, Point, Room, Wall
 from asbuilt.profiles import StoreyVoxels
 from asbuilt.storeys import Level
 
@@ -29,12 +29,16 @@ _REACH = 6.0
 """A face goes on beyond its free ends by up to this, m."""
 _DOOR = 2.8
 """What is open over more than this is one room, even under a beam, m."""
+_JAMB = 0.7
+"""The other face of a wall is this near, m."""
 _SAME_PLANE = 0.05
 """Faces that go on from one another lie this near to one line, m."""
 _UPPER = (0.45, 0.1)
 """What parts rooms shows from and to this far below the ceiling, m."""
 _LOWER = (0.3, 1.9)
 """Heights at which a beam leaves the way open, m."""
+_CONVERGING = (np.radians(2.0), np.radians(25.0))
+"""A face at an angle between these to a continuation is not the wall that it continues, rad."""
 _PARTED = 0.45
 """Share of an edge over which that shows from which it parts two rooms."""
 _MIN_AREA = 0.8
@@ -73,10 +77,10 @@ class _Edges:
         return length
 
 
-def find_rooms(faces: list[Face], voxels: StoreyVoxels) -> list[shapely.Polygon]:
+def find_rooms(faces: list[Face], doors: Sequence[Opening], voxels: StoreyVoxels) -> list[shapely.Polygon]:
     """Polygons of the rooms that wall faces enclose, m from the storey's origin; largest first.
 
-    None where there are no faces.
+    `doors`, in the input's frame, part rooms even where nothing shows above them. None where there are no faces.
     """
     if not faces:
         return []
@@ -99,7 +103,8 @@ def find_rooms(faces: list[Face], voxels: StoreyVoxels) -> list[shapely.Polygon]
     between[between] &= indoor[edges.left[between]] & indoor[edges.right[between]]
     open_edges = np.flatnonzero(between)
     width = _width(edges.ends[open_edges], lines[len(segments) :])
-    open_edges = open_edges[~_parts(edges.ends[open_edges], width, voxels)]
+    parted = _parts(edges.ends[open_edges], width, segments, voxels) | _in_doors(edges.ends[open_edges], doors, voxels)
+    open_edges = open_edges[~parted]
     rooms = []
     for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
         if not indoor[group].all():
@@ -229,18 +234,13 @@ def _continuations(segments: FloatArray) -> FloatArray:
     )
     closed[at_closing] = True
     rest = np.flatnonzero(free & ~closed)
-    rays = shapely.linestrings(np.stack([tips[rest] + 1e-6 * ways[rest], tips[rest] + _REACH * ways[rest]], axis=1))
-    ray, other = tree.query(rays, predicate="intersects")
-    kept = own[rest[ray]] != other
-    ray, other = ray[kept], other[kept]
-    hit = np.full(len(rest), np.inf)
-    np.minimum.at(
-        hit,
-        ray,
-        shapely.distance(shapely.points(tips[rest[ray]]), shapely.intersection(rays[ray], tree.geometries[other])),
-    )
-    reached = np.isfinite(hit)
-    onward = np.hstack([tips[rest], tips[rest] + (hit[:, None] + 1e-3) * ways[rest]])[reached]
+    onward = _cut_at_first(np.hstack([tips[rest], tips[rest] + _REACH * ways[rest]]), own[rest], tree)
+
+    # Where an opening begins, its jamb parts it from the wall's body.
+    loose = np.flatnonzero(free)
+    right = np.tile(np.column_stack([along[:, 1], -along[:, 0]]), (2, 1))[loose]
+    jambs = np.hstack([tips[loose], tips[loose] + _JAMB * right])
+    jambs = _cut_at_first(jambs, own[loose], tree)
 
     # The room stays on the left: no link turns back.
     turns = (apart * ways[:, None]).sum(axis=2) > -0.2 * far
@@ -250,12 +250,30 @@ def _continuations(segments: FloatArray) -> FloatArray:
     links[:, :count] = False
     first, second = np.nonzero(links)
     link = np.hstack([tips[first], tips[second]])
-    return np.concatenate([closing, onward, link[~_crossed(link, faces)]])
+    return np.concatenate([closing, onward, jambs, link[~_crossed(link, faces)]])
+
+
+def _cut_at_first(rays: FloatArray, own: IntArray, tree: shapely.STRtree) -> FloatArray:
+    """Rays (n, 4) that meet a line of `tree` other than their `own`, up to the first one (m, 4)."""
+    way = rays[:, 2:] - rays[:, :2]
+    length = np.maximum(np.hypot(*way.T), 1e-12)
+    way = way / length[:, None]
+    lines = shapely.linestrings(np.stack([rays[:, :2] + 1e-6 * way, rays[:, 2:]], axis=1))
+    ray, other = tree.query(lines, predicate="intersects")
+    kept = own[ray] != other
+    ray, other = ray[kept], other[kept]
+    hit = np.full(len(rays), np.inf)
+    met = shapely.intersection(lines[ray], tree.geometries[other])
+    np.minimum.at(hit, ray, shapely.distance(shapely.points(rays[ray, :2]), met))
+    found = np.isfinite(hit)
+    cut: FloatArray = np.hstack([rays[:, :2], rays[:, :2] + (hit[:, None] + 1e-3) * way])[found]
+    return cut
 
 
 def _crossed(links: FloatArray, faces: shapely.STRtree) -> BoolArray:
     """Whether links (n, 4) cross a face other than at their own ends (n,)."""
-    shift = 2e-3 * (links[:, 2:] - links[:, :2])
+    way = links[:, 2:] - links[:, :2]
+    shift = way * np.minimum(_SAME_PLANE / np.maximum(np.hypot(*way.T), 1e-9), 0.1)[:, None]
     inner = np.hstack([links[:, :2] + shift, links[:, 2:] - shift]).reshape(-1, 2, 2)
     crossed = np.zeros(len(links), dtype=np.bool_)
     crossed[faces.query(shapely.linestrings(inner), predicate="intersects")[0]] = True
@@ -290,7 +308,7 @@ def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     level = (np.abs(voxels.z) < 0.15) | (voxels.z > voxels.height - 0.6)
     filled = np.unique(np.floor(voxels.xy[level] / _CELL).astype(np.int64), axis=0)
     cell, _ = shapely.STRtree(shapely.points((filled + 0.5) * _CELL)).query(cells, predicate="contains")
-    share: FloatArray = np.bincount(cell, minlength=len(cells)) * _CELL**2 / shapely.area(cells)
+    share: FloatArray = np.bincount(cell, minlength=len(cells)) * _CELL**2 / np.maximum(shapely.area(cells), 1e-6)
     return share
 
 
@@ -303,7 +321,7 @@ def _width(ends: FloatArray, continuations: FloatArray) -> FloatArray:
     return width
 
 
-def _parts(ends: FloatArray, width: FloatArray, voxels: StoreyVoxels) -> BoolArray:
+def _parts(ends: FloatArray, width: FloatArray, segments: FloatArray, voxels: StoreyVoxels) -> BoolArray:
     """Whether something parts the cells on both sides of edges (n, 4), pieces of continuations of a `width` (n,), m.
 
     It shows under the ceiling: as a wall, or as what stands over a door. Over a wide opening it is a beam.
@@ -317,6 +335,8 @@ def _parts(ends: FloatArray, width: FloatArray, voxels: StoreyVoxels) -> BoolArr
     heights = np.stack([ceiling_heights(middle, along, sign * normal, voxels) for sign in (1, -1)])
     ceiling = np.where(np.isfinite(heights), heights, voxels.height).min(axis=0)
     edge, voxel, place, _ = _core.strips(voxels.xy, ends, 0.06, 0.0)
+    apart = ~_on_converging_face(voxel, along[edge], segments, voxels)
+    edge, voxel, place = edge[apart], voxel[apart], place[apart]
     z = voxels.z[voxel]
     counts = np.ceil(length / voxels.voxel).astype(np.int64)
     first = np.concatenate([[0], np.cumsum(counts)])
@@ -330,6 +350,37 @@ def _parts(ends: FloatArray, width: FloatArray, voxels: StoreyVoxels) -> BoolArr
     above = share((z > ceiling[edge] - _UPPER[0]) & (z < ceiling[edge] - _UPPER[1]))
     below = share((z > _LOWER[0]) & (z < _LOWER[1]))
     return (above > _PARTED) & ((width < _DOOR) | (below > _PARTED))
+
+
+def _in_doors(ends: FloatArray, doors: Sequence[Opening], voxels: StoreyVoxels) -> BoolArray:
+    """Which edges (n, 4) close a door on one of the sides of its wall (n,)."""
+    middle = (ends[:, :2] + ends[:, 2:]) / 2
+    way = ends[:, 2:] - ends[:, :2]
+    way = way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+    within = np.zeros(len(ends), dtype=np.bool_)
+    for door in doors:
+        start, along = door.start - voxels.origin, np.subtract(door.end, door.start) / max(door.length, 1e-9)
+        place = (middle - start) @ along
+        aside = (middle - start) @ np.array([-along[1], along[0]])
+        parallel = np.abs(way @ along) > 0.98
+        within |= parallel & (place > 0) & (place < door.length) & (np.abs(aside) < _JAMB)
+    return within
+
+
+def _on_converging_face(voxel: IntArray, along: FloatArray, segments: FloatArray, voxels: StoreyVoxels) -> BoolArray:
+    """Which voxels (h,) lie on a face (n, 4) that runs at a small angle to the edge they are near (h, 2).
+
+    That face stands beside the edge and parts what is beside it; only a parallel one can be the wall that parts it.
+    """
+    face, point, _, _ = _core.strips(voxels.xy, segments, ON_PLANE, 0.0)
+    face_of = np.full(len(voxels.z), -1)
+    face_of[point] = face
+    way = segments[:, 2:] - segments[:, :2]
+    way = way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
+    on = face_of[voxel]
+    aligned = np.abs((along * way[on]).sum(axis=1))
+    converging: BoolArray = (on >= 0) & (aligned > np.cos(_CONVERGING[1])) & (aligned < np.cos(_CONVERGING[0]))
+    return converging
 
 
 def _groups(count: int, first: IntArray, second: IntArray) -> list[IntArray]:

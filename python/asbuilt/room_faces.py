@@ -1,0 +1,224 @@
+"""Faces around rooms (not in the paper): each side of a room is drawn from corner to corner, but for its openings.
+
+A room's ring follows its faces and what they go on to. So it tells where a face that something hides goes on, where it
+ends, and which short piece stands between a door and a corner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from asbuilt import _core
+from asbuilt.elevations import MARGIN, Elevations
+from asbuilt.faces import Face
+from asbuilt.grid import FloatArray
+from asbuilt.plan import Opening
+from asbuilt.profiles import StoreyVoxels
+
+_ON_SIDE = 0.03
+"""A face lies on a room's side if both its ends are this near to its line, m."""
+_BEHIND = 0.65
+"""An opening in the wall behind a side is no further from it, m."""
+_SHORT = 0.6
+"""A piece of a side shorter than this is wall unless an opening shows, m."""
+_ALONE = 1.5
+"""A side on which no face was found is drawn up to this length, if something shows there, m."""
+_SHOWS = 0.3
+"""Share of a side's length over which it shows."""
+
+
+@dataclass(frozen=True)
+class _Side:
+    """One straight side of a room, the room on its left."""
+
+    start: FloatArray
+    end: FloatArray
+
+    @property
+    def length(self) -> float:
+        return float(np.hypot(*(self.end - self.start)))
+
+    @property
+    def along(self) -> FloatArray:
+        return (self.end - self.start) / max(self.length, 1e-12)
+
+    def place(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where points (..., 2) are along the side and to its left, m."""
+        along = self.along
+        apart = points - self.start
+        return apart @ along, apart @ np.array([-along[1], along[0]])
+
+
+def draw_room_faces(
+    faces: list[Face],
+    rooms: Sequence[shapely.Polygon],
+    openings: Sequence[Opening],
+    elevations: Elevations,
+    scores: FloatArray,
+    voxels: StoreyVoxels,
+) -> list[Face]:
+    """Faces with those on the sides of rooms drawn from corner to corner; the others as they are.
+
+    Parameters
+    ----------
+    rooms : their polygons, m from the storey's origin.
+    openings : doors and what else faces stop at, in the input's frame.
+    """
+    sides = [side for room in rooms for side in _sides(room)]
+    holes = np.array([[o.start, o.end] for o in openings]).reshape(-1, 2, 2) - voxels.origin
+    tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
+    straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
+    elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
+    drawn: list[Face] = []
+    taken = np.zeros(len(faces), dtype=np.bool_)
+    for side in sides:
+        place, aside = side.place(tips)
+        if (
+            ~straight
+            & (np.abs(aside).max(axis=1, initial=0) < _ON_SIDE)
+            & (np.abs(place.mean(axis=1) - side.length / 2) < side.length / 2)
+        ).any():
+            continue
+        on = straight & (np.abs(aside).max(axis=1, initial=0) < _ON_SIDE) & (place[:, 1] > place[:, 0])
+        on &= (place[:, 1] > 0.02) & (place[:, 0] < side.length - 0.02)
+        own = [faces[i] for i in np.flatnonzero(on)]
+        taken |= on
+        gone = _openings_on(side, holes)
+        stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
+        wall = _without(_filled(side, stretches, own, gone, elevations, scores, voxels), gone)
+        for low, high in wall:
+            if high - low < 0.05:
+                continue
+            model = min(own, key=lambda f: -_shared(side, f, low, high), default=None)
+            if model is None:
+                model = _nearest(faces, side)
+            face = replace(
+                model,
+                start=side.start + low * side.along,
+                end=side.start + high * side.along,
+                fixed=(low < 0.01, high > side.length - 0.01),
+            )
+            drawn.append(face)
+    rest = np.flatnonzero(~taken)
+    rest = rest[~_is_clutter(tips[rest], rooms) | elevated[rest] | ~straight[rest]]
+    return [faces[i] for i in rest] + drawn
+
+
+def _is_clutter(tips: FloatArray, rooms: Sequence[shapely.Polygon]) -> NDArray[np.bool_]:
+    """Which short faces (n, 2, 2) stand within a room and on none of its sides."""
+    inner = shapely.union_all([room.buffer(-2 * _ON_SIDE) for room in rooms])
+    short = np.hypot(*(tips[:, 1] - tips[:, 0]).T) < _ALONE
+    within: NDArray[np.bool_] = short & shapely.covers(inner, shapely.linestrings(tips))
+    return within
+
+
+def _sides(room: shapely.Polygon) -> list[_Side]:
+    """The straight sides of a room, the room on the left of each."""
+    oriented = shapely.geometry.polygon.orient(room)
+    return [
+        _Side(*pair)
+        for ring in (oriented.exterior, *oriented.interiors)
+        for points in [shapely.get_coordinates(ring)]
+        for pair in pairwise(points)
+    ]
+
+
+def _openings_on(side: _Side, holes: FloatArray) -> list[tuple[float, float]]:
+    """From where to where openings (n, 2, 2) in the wall behind a side interrupt it, m along it."""
+    place, aside = side.place(holes)
+    through = (aside > -_BEHIND).all(axis=1) & (aside < 0.1).all(axis=1) & (np.ptp(aside, axis=1) < 0.15)
+    low, high = place.min(axis=1), place.max(axis=1)
+    through &= (high > 0.05) & (low < side.length - 0.05) & (high - low > 0.3)
+    return sorted(
+        (max(float(a), 0.0), min(float(b), side.length)) for a, b in zip(low[through], high[through], strict=True)
+    )
+
+
+def _filled(
+    side: _Side,
+    stretches: list[tuple[float, float]],
+    own: list[Face],
+    gone: list[tuple[float, float]],
+    elevations: Elevations,
+    scores: FloatArray,
+    voxels: StoreyVoxels,
+) -> list[tuple[float, float]]:
+    """The stretches of a side on which faces stand, and those between them on which wall is hidden."""
+    rest = _without([(0.0, side.length)], stretches + gone)
+    if own:
+        hidden = [(a, b) for a, b in rest if _is_hidden(side, a, b, own, elevations, scores)]
+    else:
+        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels)]
+    return _merged(stretches + hidden)
+
+
+def _is_hidden(
+    side: _Side, low: float, high: float, own: list[Face], elevations: Elevations, scores: FloatArray
+) -> bool:
+    """Whether the elevation of a face of a side does not speak against wall from `low` to `high`."""
+    if high - low < 0.15:
+        return True
+    line = max(own, key=lambda f: f.length).line
+    start, along = elevations.lines[line, :2], elevations.along(line)
+    ends = sorted(float((side.start + at * side.along - start) @ along) for at in (low, high))
+    first, last = elevations.first[line], elevations.first[line + 1]
+    steps = np.clip(((np.array(ends) + MARGIN) / elevations.step).astype(np.int64), 0, last - first)
+    passed = scores[first + steps[0] : first + steps[1]]
+    if len(passed) == 0:
+        return False
+    against = float((passed < -1).mean())
+    return against < (0.7 if high - low < _SHORT else 0.3)
+
+
+def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels) -> bool:
+    """Whether something stands on a stretch of a side without faces."""
+    length = high - low
+    if length < 0.15 or length > _ALONE:
+        return length < 0.15
+    segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
+    standing = voxels.xy[(voxels.z > 0.2) & (voxels.z < voxels.height - 0.1)]
+    _, _, place, _ = _core.strips(standing, segment, _ON_SIDE, 0.0)
+    step = voxels.voxel
+    counts = np.bincount((place / step).astype(np.int64), minlength=1)
+    return bool((counts >= 6).sum() * step > _SHOWS * length)
+
+
+def _without(intervals: list[tuple[float, float]], gone: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    for low, high in gone:
+        intervals = [
+            part for a, b in intervals for part in ((a, min(b, low)), (max(a, high), b)) if part[1] > part[0] + 1e-6
+        ]
+    return sorted(intervals)
+
+
+def _merged(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    joined: list[tuple[float, float]] = []
+    for low, high in sorted(intervals):
+        if joined and low < joined[-1][1] + 0.02:
+            joined[-1] = (joined[-1][0], max(joined[-1][1], high))
+        else:
+            joined.append((low, high))
+    return joined
+
+
+def _shared(side: _Side, face: Face, low: float, high: float) -> float:
+    place, _ = side.place(np.stack([face.start, face.end]))
+    return float(min(place.max(), high) - max(place.min(), low))
+
+
+def _nearest(faces: list[Face], side: _Side) -> Face:
+    """The face nearest to a side among those most parallel to it, whose elevation stands in for the side's own."""
+    middle = (side.start + side.end) / 2
+
+    def apart(face: Face) -> float:
+        return float(np.hypot(*((face.start + face.end) / 2 - middle))) + 100 * (
+            1 - abs(float(face.along @ side.along))
+        )
+
+    return min(faces, key=apart)
