@@ -5,7 +5,7 @@ these tables. `--worse` repeats everything with clouds that were turned, thinned
 
     python experiments/accuracy.py                       the table; exit status 1 if a figure fell below the kept ones
     python experiments/accuracy.py flat museum-3         some buildings alone
-    python experiments/accuracy.py --keep                make these figures the ones to hold
+    python experiments/accuracy.py --keep                make these figures the ones to hold, and the tables of the docs
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import reduce
@@ -54,6 +54,19 @@ FIGURES = (
     ("within_15mm", "<15mm", 3, 1, True),
     ("ends", "ends 5cm", 3, 1, True),
 )
+#: The same of what is drawn besides faces: kind and member of its `to_json`, then as above.
+ELEMENTS = (
+    ("doors", "precision", "doors P", 3, 1, True),
+    ("doors", "recall", "R", 3, 1, True),
+    ("doors", "median_width_error", "width mm", 1, 1000, False),
+    ("windows", "precision", "windows P", 3, 1, True),
+    ("windows", "recall", "R", 3, 1, True),
+    ("windows", "median_width_error", "width mm", 1, 1000, False),
+    ("rooms", "precision", "rooms P", 3, 1, True),
+    ("rooms", "recall", "R", 3, 1, True),
+    ("rooms", "median_area_error", "area %", 2, 100, False),
+    ("thickness", "median_error", "thick mm", 1, 1000, False),
+)
 #: What a pooled figure may lose before the run fails: rounding on another machine, no more.
 SLACK = 0.002
 
@@ -76,6 +89,13 @@ def figures(walls: WallTotals) -> dict[str, float | None]:
     return {**values, "ends": walls.end_points()["5cm"]["f"]}
 
 
+def elements(scores: Scores) -> dict[str, float | None]:
+    """The figures of one row of what is drawn besides faces; None where the truth says nothing about it."""
+    totals = {kind: getattr(scores, kind) for kind, *_ in ELEMENTS}
+    said = {kind: {} if total is None else total.to_json() for kind, total in totals.items()}
+    return {f"{kind}_{member}": said[kind].get(member) for kind, member, *_ in ELEMENTS}
+
+
 def jobs(wanted: list[str]) -> list[tuple[str, str]]:
     """(group, name) of the buildings, the large ones first so that no core waits for them at the end."""
     found: list[tuple[str, str]] = []
@@ -89,19 +109,19 @@ def jobs(wanted: list[str]) -> list[tuple[str, str]]:
     return [job for job in found if not wanted or job[1] in wanted]
 
 
-def run(job: tuple[str, str, list[str], str]) -> list[Run]:
-    """Plan and score one building, as it is and after each of some changes to its cloud."""
-    group, name, changes, preset = job
+def run(job: tuple[str, str, list[str], str, Path | None]) -> list[Run]:
+    """Plan and score one building, as it is and after each of some changes to its cloud; its plan goes to a folder."""
+    group, name, changes, preset, plans = job
     parameters = Parameters.preset(preset)
     if group in (DEVELOPMENT, HELD_BACK):
         building = generate(name)
-        runs = [_run(building, group, "", _evidence(building, parameters), parameters)]
+        runs = [_run(building, group, "", _evidence(building, parameters), parameters, plans)]
     else:
         folder = CASES / name
         evidence = asbuilt.gather_evidence(asbuilt.read(_scans(folder)), parameters.evidence, threads=1)
         truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
         unread = Building(name, *[np.empty(0)] * 3, truth)
-        runs = [_run(unread, group, "", evidence, parameters)]
+        runs = [_run(unread, group, "", evidence, parameters, plans)]
         if changes:
             building = buildings.load_case(folder)
     for change in changes:
@@ -110,10 +130,19 @@ def run(job: tuple[str, str, list[str], str]) -> list[Run]:
     return runs
 
 
-def _run(building: Building, group: str, change: str, evidence: asbuilt.Evidence, parameters: Parameters) -> Run:
+def _run(
+    building: Building,
+    group: str,
+    change: str,
+    evidence: asbuilt.Evidence,
+    parameters: Parameters,
+    plans: Path | None = None,
+) -> Run:
     start = time.perf_counter()
     plan = asbuilt.extract_floor_plan(evidence, parameters)
     seconds = time.perf_counter() - start
+    if plans is not None:
+        (plans / f"{building.name}.geojson").write_text(json.dumps(plan.to_geojson()), encoding="utf-8")
     scores = evaluate(plan, building.truth).scores
     return Run(building.name, group, change, evidence.points, seconds, scores)
 
@@ -137,23 +166,47 @@ def _evidence(building: Building, parameters: Parameters) -> asbuilt.Evidence:
     return reduce(lambda first, second: first.merged(second), scans)
 
 
-def table(runs: list[Run]) -> str:
+def table(runs: list[Run], headings: Sequence[str], cells: Callable[[list[Run]], list[str]]) -> list[list[str]]:
     """One row a building, then the pooled groups."""
-    headings = ["", "points", "s", *(heading for _, heading, *_ in FIGURES)]
-    rows: list[list[str] | None] = []
+    rows = [["", *headings]]
     for group in dict.fromkeys(run.group for run in runs):
         members = [run for run in runs if run.group == group]
         rows.append([group])
-        rows += [_row(member.name, [member]) for member in sorted(members, key=lambda run: run.name)]
-        rows.append(_row("pooled", members))
+        rows += [[f"  {member.name}", *cells([member])] for member in sorted(members, key=lambda run: run.name)]
+        rows.append(["  pooled", *cells(members)])
         rows.append([])
-    return _aligned([headings, *rows])
+    return rows
 
 
-def _row(name: str, runs: list[Run]) -> list[str]:
+def wall_cells(runs: list[Run]) -> list[str]:
+    """Cells of the walls' table: million points, seconds, and `FIGURES`."""
     values = figures(pool([run.scores for run in runs]).walls["observed"])
     cells = [_cell(values[figure], digits, scale) for figure, _, digits, scale, _ in FIGURES]
-    return [f"  {name}", str(sum(run.points for run in runs)), f"{sum(run.seconds for run in runs):.1f}", *cells]
+    return [f"{sum(run.points for run in runs) / 1e6:.1f}", f"{sum(run.seconds for run in runs):.1f}", *cells]
+
+
+def element_cells(runs: list[Run]) -> list[str]:
+    """Cells of the elements' table: `ELEMENTS`."""
+    values = elements(pool([run.scores for run in runs]))
+    return [_cell(values[f"{kind}_{member}"], digits, scale) for kind, member, _, digits, scale, _ in ELEMENTS]
+
+
+def tables(runs: list[Run]) -> dict[str, list[list[str]]]:
+    """The rows of both tables, by the name of the file that --keep writes them to."""
+    return {
+        "accuracy_walls": table(runs, ["M points", "s", *(heading for _, heading, *_ in FIGURES)], wall_cells),
+        "accuracy_elements": table(runs, [heading for _, _, heading, *_ in ELEMENTS], element_cells),
+    }
+
+
+def markdown(rows: list[list[str]]) -> str:
+    """The rows of a table for the documentation, the names of groups and what is pooled in bold."""
+    heading, *rest = [row for row in rows if row]
+    lines = ["| " + " | ".join(heading) + " |", "|---" + "|---:" * (len(heading) - 1) + "|"]
+    for name, *cells in rest:
+        shown = name.strip() if name.startswith("  ") and name != "  pooled" else f"**{name.strip()}**"
+        lines.append("| " + " | ".join([shown, *(cells or [""] * (len(heading) - 1))]) + " |")
+    return "\n".join(lines) + "\n"
 
 
 def side_by_side(runs: list[Run]) -> str:
@@ -211,10 +264,8 @@ def report(runs: list[Run], worse: list[Run], preset: str) -> dict[str, Any]:
 
     def pooled(choose: Callable[[Run], str], runs: list[Run] = runs) -> dict[str, Any]:
         keys = dict.fromkeys(choose(run) for run in runs)
-        return {
-            key: _rounded(figures(pool([run.scores for run in runs if choose(run) == key]).walls["observed"]))
-            for key in keys
-        }
+        scores = {key: pool([run.scores for run in runs if choose(run) == key]) for key in keys}
+        return {key: _rounded(figures(s.walls["observed"]) | elements(s)) for key, s in scores.items()}
 
     return {
         "command": "python experiments/accuracy.py",
@@ -233,9 +284,11 @@ def _rounded(values: dict[str, float | None]) -> dict[str, float | None]:
 def fallen(now: dict[str, Any], kept: dict[str, Any]) -> list[str]:
     """The pooled figures that are worse than the kept ones, a line each; groups that were not run are left out."""
     lines = []
+    compared = [(name, heading, better) for name, heading, _, _, better in FIGURES]
+    compared += [(f"{kind}_{member}", f"{kind} {member}", better) for kind, member, *_, better in ELEMENTS]
     was = kept["pooled"] | kept.get("worse", {})
     for group, figures_now in (now["pooled"] | now["worse"]).items():
-        for name, heading, _, _, more_is_better in FIGURES:
+        for name, heading, more_is_better in compared:
             new, old = figures_now[name], was.get(group, {}).get(name)
             if old is None:
                 continue
@@ -258,6 +311,7 @@ def main() -> int:
     parser.add_argument("--small", action="store_true", help="with --worse: only the buildings that tests use")
     parser.add_argument("--json", type=Path, metavar="OUT", help="write all figures to a file")
     parser.add_argument("--keep", action="store_true", help=f"write them to {KEPT.relative_to(ROOT)}")
+    parser.add_argument("--plans", type=Path, metavar="FOLDER", help="write each building's plan there, as GeoJSON")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes")
     arguments = parser.parse_args()
 
@@ -266,7 +320,11 @@ def main() -> int:
         parser.error(f"no such building; there are {', '.join(name for _, name in jobs([]))}")
     if not CASES.is_dir():
         print(f"{CASES} is absent (ASBUILT_CASES names another place): generated buildings only", file=sys.stderr)
-    work = [(group, name, _changes(group, name, arguments), arguments.preset) for group, name in chosen]
+    if arguments.plans:
+        arguments.plans.mkdir(parents=True, exist_ok=True)
+    work = [
+        (group, name, _changes(group, name, arguments), arguments.preset, arguments.plans) for group, name in chosen
+    ]
     results: list[Run] = []
     with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as processes:
         for done in processes.map(run, work):
@@ -276,7 +334,8 @@ def main() -> int:
     worse = [run for run in results if run.change]
     order = [SHARED, AGAIN, DEVELOPMENT, HELD_BACK]
     runs.sort(key=lambda run: order.index(run.group))
-    print(table(runs))
+    for rows in tables(runs).values():
+        print(_aligned(rows))
     print(side_by_side(runs))
     if worse:
         print("\n" + losses(runs, worse))
@@ -287,6 +346,8 @@ def main() -> int:
     if arguments.keep:
         KEPT.parent.mkdir(exist_ok=True)
         KEPT.write_text(json.dumps(figures_now, indent=1) + "\n", encoding="utf-8")
+        for name, rows in tables(runs).items():
+            (KEPT.parent / f"{name}.md").write_text(markdown(rows), encoding="utf-8")
     elif KEPT.exists() and not (arguments.buildings or arguments.small) and arguments.preset == "default":
         lines = fallen(figures_now, json.loads(KEPT.read_text(encoding="utf-8")))
         print("\n".join(["", "worse than the figures kept:", *lines]) if lines else "\nno figure fell")
