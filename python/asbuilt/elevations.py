@@ -158,7 +158,8 @@ def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, v
     that lamps and beams under it do not count.
     """
     cell = 0.1
-    high = voxels.z > 1.7
+    high = voxels.first[1:] - 1  # the highest voxel of each ground cell
+    high = high[voxels.z[high] > 1.7]
     index = np.floor(voxels.xy[high] / cell).astype(np.int64)
     if len(index) == 0:
         return np.full(len(place), np.nan)

@@ -153,13 +153,13 @@ def cut_openings(faces: list[Face], elevations: Elevations, scores: FloatArray, 
     A door leaf that stands flush with one face fills it like wall; seen from the other side it stands in a recess,
     between jambs.
     """
-    low = voxels.xy[(voxels.z > 0.2) & (voxels.z < 1.9)]
-    openings = [
+    gaps = [
         (before, after)
-        for line in {face.line for face in faces}
+        for line in sorted({face.line for face in faces})
         for before, after in pairwise(sorted((f for f in faces if f.line == line), key=lambda f: _along(f, elevations)))
-        if _is_opening(before, after, elevations, scores) and _has_jambs(before, after, low)
+        if _is_opening(before, after, elevations, scores)
     ]
+    openings = [gap for gap, jambs in zip(gaps, _have_jambs(gaps, voxels), strict=True) if jambs]
     cut = []
     for face in faces:
         pieces = [face]
@@ -187,16 +187,20 @@ def _is_opening(before: Face, after: Face, elevations: Elevations, scores: Float
     return bool((inside < -1).mean() > 0.5)
 
 
-def _has_jambs(before: Face, after: Face, low: FloatArray) -> bool:
-    """Whether surfaces turn back into the wall where an opening between two faces begins or ends."""
-    tips = np.array([before.start, before.end, after.start, after.end])
-    near = tips[np.argsort((tips - before.start) @ before.along)[1:3]]
-    along = before.along
-    for tip in near:
-        _, _, _, offset = _core.strips(low, np.hstack([tip - 0.1 * along, tip + 0.1 * along])[None], 0.08, 0.0)
-        if (offset < -(ON_PLANE + 0.005)).sum() >= 8:
-            return True
-    return False
+def _have_jambs(gaps: list[tuple[Face, Face]], voxels: StoreyVoxels) -> BoolArray:
+    """Whether surfaces turn back into the wall where the openings between pairs of faces begin or end (n,)."""
+    if not gaps:
+        return np.zeros(0, dtype=np.bool_)
+    about = []
+    for before, after in gaps:
+        tips = np.array([before.start, before.end, after.start, after.end])
+        near = tips[np.argsort((tips - before.start) @ before.along)[1:3]]
+        about += [np.hstack([tip - 0.1 * before.along, tip + 0.1 * before.along]) for tip in near]
+    low = voxels.xy[(voxels.z > 0.2) & (voxels.z < 1.9)]
+    tip, _, _, offset = _core.strips(low, np.array(about), 0.08, 0.0)
+    behind = np.bincount(tip[offset < -(ON_PLANE + 0.005)], minlength=len(about))
+    jambs: BoolArray = (behind >= 8).reshape(-1, 2).max(axis=1)
+    return jambs
 
 
 def _without(face: Face, before: Face, after: Face) -> list[Face]:
@@ -324,8 +328,9 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     count = np.bincount(face_of, minlength=len(faces))
     square = np.bincount(face_of, offset**2 + variance, minlength=len(faces)) / np.maximum(count, 1)
     step = 2 * voxels.voxel
-    steps = np.unique(np.column_stack([face_of, (along / step).astype(np.int64)]), axis=0)
-    seen = np.bincount(steps[:, 0], minlength=len(faces))
+    at = (along / step).astype(np.int64)
+    span = int(at.max(initial=0)) + 1
+    seen = np.bincount(np.unique(face_of * span + at) // span, minlength=len(faces))
     plan = []
     for i, face in enumerate(faces):
         (x1, y1), (x2, y2) = voxels.origin + face.start, voxels.origin + face.end

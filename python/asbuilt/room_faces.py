@@ -75,6 +75,7 @@ def draw_room_faces(
     tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
     straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
     elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
+    standing = voxels.xy[(voxels.z > 0.2) & (voxels.z < voxels.height - 0.1)]
     drawn: list[Face] = []
     taken = np.zeros(len(faces), dtype=np.bool_)
     for side in sides:
@@ -91,20 +92,17 @@ def draw_room_faces(
         taken |= on
         gone = _openings_on(side, holes)
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
-        wall = _without(_filled(side, stretches, own, gone, elevations, scores, voxels), gone)
+        wall = _without(_filled(side, stretches, own, gone, elevations, scores, standing), gone)
         for low, high in wall:
             if high - low < 0.05:
                 continue
             model = min(own, key=lambda f: -_shared(side, f, low, high), default=None)
             if model is None:
                 model = _nearest(faces, side)
-            face = replace(
-                model,
-                start=side.start + low * side.along,
-                end=side.start + high * side.along,
-                fixed=(low < 0.01, high > side.length - 0.01),
-            )
-            drawn.append(face)
+            fixed = (low < 0.01, high > side.length - 0.01)
+            start = side.start if fixed[0] else side.start + low * side.along
+            end = side.end if fixed[1] else side.start + high * side.along
+            drawn.append(replace(model, start=start, end=end, fixed=fixed))
     rest = np.flatnonzero(~taken)
     rest = rest[~_is_clutter(tips[rest], rooms) | elevated[rest] | ~straight[rest]]
     return [faces[i] for i in rest] + drawn
@@ -147,14 +145,14 @@ def _filled(
     gone: list[tuple[float, float]],
     elevations: Elevations,
     scores: FloatArray,
-    voxels: StoreyVoxels,
+    standing: FloatArray,
 ) -> list[tuple[float, float]]:
     """The stretches of a side on which faces stand, and those between them on which wall is hidden."""
     rest = _without([(0.0, side.length)], stretches + gone)
     if own:
         hidden = [(a, b) for a, b in rest if _is_hidden(side, a, b, own, elevations, scores)]
     else:
-        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels)]
+        hidden = [(a, b) for a, b in rest if _shows(side, a, b, standing, elevations.step)]
     return _merged(stretches + hidden)
 
 
@@ -176,15 +174,13 @@ def _is_hidden(
     return against < (0.7 if high - low < _SHORT else 0.3)
 
 
-def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels) -> bool:
+def _shows(side: _Side, low: float, high: float, standing: FloatArray, step: float) -> bool:
     """Whether something stands on a stretch of a side without faces."""
     length = high - low
     if length < 0.15 or length > _ALONE:
         return length < 0.15
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
-    standing = voxels.xy[(voxels.z > 0.2) & (voxels.z < voxels.height - 0.1)]
     _, _, place, _ = _core.strips(standing, segment, _ON_SIDE, 0.0)
-    step = voxels.voxel
     counts = np.bincount((place / step).astype(np.int64), minlength=1)
     return bool((counts >= 6).sum() * step > _SHOWS * length)
 

@@ -57,8 +57,10 @@ _MIN_VOXELS = 20
 """A floor or ceiling of fewer voxels was not seen."""
 _SAME = 1e-4
 """What lies this near is the same, m."""
-_CELL = 0.1
-"""Cells in which floor and ceiling are looked for, m."""
+_SAMPLED = 2
+"""Floor and ceiling are looked for in every so many cells each way."""
+_ASIDE = 0.05
+"""Voxels this near to a room's walls are none of its floor or ceiling, m."""
 
 
 @dataclass(frozen=True)
@@ -126,20 +128,14 @@ def measure_rooms(
     """
     order = sorted(polygons, key=lambda p: (-round(p.centroid.y / _ROW), p.centroid.x))
     digits = max(2, len(str(len(order))))
+    floors = np.flatnonzero(np.abs(voxels.z) < _FLOOR)
+    tops = voxels.first[1:] - 1
+    tops = tops[voxels.z[tops] > _HEADROOM]
     rooms = []
     for number, polygon in enumerate(order, start=1):
-        x0, y0, x1, y1 = polygon.bounds
-        near = np.flatnonzero(
-            (voxels.xy[:, 0] > x0) & (voxels.xy[:, 0] < x1) & (voxels.xy[:, 1] > y0) & (voxels.xy[:, 1] < y1)
-        )
-        # Half a cell from the walls, whose own voxels are no floor.
-        inner = polygon.buffer(-_CELL / 2)
-        shapely.prepare(inner)
-        z = voxels.z[near]
-        near = near[(np.abs(z) < _FLOOR) | (z > _HEADROOM)]
-        near = near[shapely.contains_xy(inner, voxels.xy[near])]
-        floor = _level_of(voxels.z[near][np.abs(voxels.z[near]) < _FLOOR])
-        ceiling = _ceiling_of(voxels.xy[near], voxels.z[near])
+        inner = polygon.buffer(-_ASIDE)
+        on_floor, at_ceiling = (_inside(inner, chosen, voxels) for chosen in (floors, tops))
+        floor, ceiling = _level_of(voxels.z[on_floor]), _level_of(voxels.z[at_ceiling])
         here = tuple(
             key
             for key, position, _ in scans
@@ -160,7 +156,7 @@ def measure_rooms(
                 None if ceiling is None else level.floor + ceiling,
                 here,
                 id=f"S{level.index}-R{number}",
-                voxels=len(near),
+                voxels=len(on_floor) + len(at_ceiling),
             )
         )
     return tuple(rooms)
@@ -173,7 +169,11 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     if not shapes:
         return None
     joined = shapely.union_all(shapely.make_valid(np.array(shapes)))
-    whole = _largest(joined.buffer(_MIN_WIDTH, join_style="mitre").buffer(-_MIN_WIDTH, join_style="mitre"))
+    for reach in _MIN_WIDTH * 1.5 ** np.arange(7):  # wings stand apart where what lies between was not found
+        parts = joined.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
+        if parts.geom_type == "Polygon":
+            break
+    whole = _largest(parts)
     if whole.is_empty:
         return None
     ring = shapely.Polygon(whole.exterior).simplify(0.01).exterior
@@ -191,13 +191,14 @@ def _level_of(z: FloatArray) -> float | None:
     return float(z[np.abs(z - most) <= 1.5 * _LEVEL].mean())
 
 
-def _ceiling_of(xy: FloatArray, z: FloatArray) -> float | None:
-    """Height of the ceiling over a room, m above its storey's floor: where most of the highest voxels lie."""
-    high = z > _HEADROOM
-    cells, cell = np.unique(np.floor(xy[high] / _CELL).astype(np.int64), axis=0, return_inverse=True)
-    top = np.full(len(cells), -np.inf)
-    np.maximum.at(top, cell.ravel(), z[high])
-    return _level_of(top)
+def _inside(polygon: shapely.Polygon, chosen: IntArray, voxels: StoreyVoxels) -> IntArray:
+    """Those of the chosen voxels that are within a polygon."""
+    x0, y0, x1, y1 = polygon.bounds
+    x, y = voxels.xy[chosen].T
+    chosen = chosen[(x > x0) & (x < x1) & (y > y0) & (y < y1)]
+    shapely.prepare(polygon)
+    inside: IntArray = chosen[shapely.contains_xy(polygon, voxels.xy[chosen])]
+    return inside
 
 
 def _continuations(segments: FloatArray) -> FloatArray:
@@ -305,10 +306,14 @@ def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
 
 def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     """Share of each cell over or under which floor or ceiling was seen (n,)."""
-    level = (np.abs(voxels.z) < 0.15) | (voxels.z > voxels.height - 0.6)
-    filled = np.unique(np.floor(voxels.xy[level] / _CELL).astype(np.int64), axis=0)
-    cell, _ = shapely.STRtree(shapely.points((filled + 0.5) * _CELL)).query(cells, predicate="contains")
-    share: FloatArray = np.bincount(cell, minlength=len(cells)) * _CELL**2 / np.maximum(shapely.area(cells), 1e-6)
+    low, top = voxels.first[:-1], voxels.first[1:] - 1
+    index = voxels.index[low]
+    sampled = (index % _SAMPLED == 0).all(axis=1)
+    sampled &= (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
+    places = shapely.points((index[sampled] + 0.5) * voxels.voxel)
+    cell, _ = shapely.STRtree(places).query(cells, predicate="contains")
+    area = (_SAMPLED * voxels.voxel) ** 2
+    share: FloatArray = np.bincount(cell, minlength=len(cells)) * area / np.maximum(shapely.area(cells), 1e-6)
     return share
 
 

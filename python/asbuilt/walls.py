@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -50,9 +51,15 @@ class _Piece:
     faces: tuple[int, ...]
     curve: int | None
 
-    @property
+    @cached_property
     def normal(self) -> FloatArray:
         return np.array([-self.along[1], self.along[0]])
+
+    @cached_property
+    def middle(self) -> FloatArray:
+        across = [offset for offset in (self.left, self.right) if offset == offset]
+        middle: FloatArray = self.along * (self.low + self.high) / 2 + self.normal * (sum(across) / len(across))
+        return middle
 
 
 def find_walls(
@@ -206,12 +213,11 @@ def _join(pieces: list[_Piece], holes: FloatArray) -> list[_Piece]:
 
 
 def _follows(one: _Piece, other: _Piece, holes: FloatArray) -> bool:
-    if one.curve is not None or other.curve is not None:
+    if one.curve is not None or other.curve is not None or abs(float(one.along @ other.along)) < _PARALLEL:
         return False
-    middle = one.along * (one.low + one.high) / 2 + one.normal * np.nanmean([one.left, one.right])
-    other = _seen_along(other, one.along, middle)
-    if float(one.along @ other.along) < _PARALLEL:
+    if abs(float((other.middle - one.middle) @ one.normal)) > _THICKNESS[1] + 0.06 * (other.high - other.low):
         return False
+    other = _seen_along(other, one.along, one.middle)
     apart = [abs(a - b) for a, b in ((one.left, other.left), (one.right, other.right))]
     if not (np.isnan(apart) | (np.array(apart) < _SAME_PLANE)).all() or np.isnan(apart).all():
         return False
@@ -239,8 +245,7 @@ def _joined(one: _Piece, other: _Piece) -> _Piece:
     """Two pieces as one, along the longer."""
     if other.high - other.low > one.high - one.low:
         one, other = other, one
-    middle = one.along * (one.low + one.high) / 2 + one.normal * np.nanmean([one.left, one.right])
-    other = _seen_along(other, one.along, middle)
+    other = _seen_along(other, one.along, one.middle)
     weights = np.array([one.high - one.low, other.high - other.low])
     left, right = (
         float(np.average(np.array(pair)[~np.isnan(pair)], weights=weights[~np.isnan(pair)]))
@@ -337,6 +342,7 @@ def _met(
         place = (apart[:, 0] * along[:, 1] - apart[:, 1] * along[:, 0]) / cross
         on_other = (apart[:, 0] * outward[1] - apart[:, 1] * outward[0]) / cross
     near = (np.abs(cross) > 0.1) & (place > -_REACH - half) & (place < _REACH + half)
+    near &= place > -length[i] / 2  # both ends of a short wall are near the same one: only the nearer meets it
     near &= (on_other > -_REACH - half[i]) & (on_other < length + _REACH + half[i])
     near[i] = False
     if not near.any():
