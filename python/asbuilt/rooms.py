@@ -45,6 +45,8 @@ _MIN_AREA = 0.8
 """Smaller ones are no rooms, m2."""
 _MIN_WIDTH = 0.4
 """Neither are narrower ones, m."""
+_JOINING = (0.4, 0.6, 0.9, 1.4, 2.1, 3.0)
+"""What is twice this far apart is of one storey, the least first that joins it, m."""
 _ROW = 3.0
 """Rooms whose middles differ less in y are numbered from west to east, m."""
 _FLOOR = 0.15
@@ -169,11 +171,9 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     if not shapes:
         return None
     joined = shapely.union_all(shapely.make_valid(np.array(shapes)))
-    for reach in _MIN_WIDTH * 1.5 ** np.arange(7):  # wings stand apart where what lies between was not found
-        parts = joined.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
-        if parts.geom_type == "Polygon":
-            break
-    whole = _largest(parts)
+    # Wings stand apart where what lies between them was not found: the least closing that joins them.
+    closings = (joined.buffer(r, join_style="mitre").buffer(-r, join_style="mitre") for r in _JOINING)
+    whole = next((_largest(shape) for shape in closings if _largest(shape).area > 0.95 * shape.area), _largest(joined))
     if whole.is_empty:
         return None
     ring = shapely.Polygon(whole.exterior).simplify(0.01).exterior
