@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pty
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +19,7 @@ import pytest
 import asbuilt
 from asbuilt.cli import main
 from asbuilt.cli.histogram import draw_heights
+from asbuilt.export import known_suffixes
 from asbuilt.storeys import HeightHistogram, Level
 
 ASBUILT = [sys.executable, "-c", "from asbuilt.cli import main; main()"]
@@ -78,6 +81,19 @@ def test_plan_writes_each_format_and_says_what_it_found(room, run, tmp_path):
     assert "storey 0: floor 0.05 m" in out
     assert [line for line in out.splitlines() if line.startswith("wrote")] == [f"wrote {path}" for path in outputs]
     assert all(path.stat().st_size > 0 for path in outputs)
+
+
+def test_a_file_name_that_no_encoding_explains_reaches_every_format_as_text(room, tmp_path):
+    odd = tmp_path / os.fsdecode(b"sc\xffan\n\xc3\xa4 \xe5\x9b\xb3.las")
+    odd.symlink_to(room)
+    outputs = [tmp_path / f"plan{suffix}" for suffix in known_suffixes() if suffix != ".csv"]  # those are three
+    command = [*ASBUILT, "plan", odd, *(part for path in outputs for part in ("-o", path))]
+    done = subprocess.run(command, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert [path for path in outputs if not path.exists()] == []
+    (source,) = asbuilt.load_plan(tmp_path / "plan.geojson").inputs
+    assert source["name"] == r"sc\udcffan\nä 図.las"
+    assert subprocess.run([*ASBUILT, "info", "--headers", odd], capture_output=True, check=True).stderr == b""
 
 
 def test_options_reach_the_parameters_and_the_plan_file(room, run, tmp_path):
@@ -203,19 +219,31 @@ def test_a_bug_is_one_line_too(room, run, monkeypatch):
     assert one_line(err, "ZeroDivisionError", "report")
 
 
-def test_ctrl_c_stops_within_a_second_and_leaves_nothing(example, tmp_path):
+def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path):
     scans = tmp_path / "scans"
     scans.mkdir()
-    for i in range(60):  # half a minute of reading
-        (scans / f"{i}.laz").symlink_to(example / "scans.laz")
+    content = bytearray((example / "scans.laz").read_bytes())
+    for i in range(24):  # some 20 s of reading, of different files: the GUID in the header
+        content[8] = i
+        (scans / f"{i}.laz").write_bytes(content)
     command = [*ASBUILT, "plan", str(scans), "-o", str(tmp_path / "plan.dxf")]
-    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
-        time.sleep(2.0)
-        started = time.monotonic()
-        process.send_signal(signal.SIGINT)
-        _, err = process.communicate(timeout=20)
-    assert time.monotonic() - started < 1.0
-    assert (process.returncode, err) == (130, "asbuilt: interrupted\n")
+    ours, theirs = pty.openpty()
+    with subprocess.Popen(command, stderr=theirs, env={**os.environ, "TERM": "xterm"}) as process:
+        os.close(theirs)
+        try:
+            seen = b""
+            while not re.search(rb"[1-9]%", seen):  # of the bar: points are being read
+                seen += os.read(ours, 65536)
+            started = time.monotonic()
+            process.send_signal(signal.SIGINT)
+            with contextlib.suppress(OSError):  # the end of a terminal
+                while more := os.read(ours, 65536):
+                    seen += more
+        finally:
+            os.close(ours)
+    assert time.monotonic() - started < 5.0  # half a second, on a machine with nothing else to do
+    assert process.returncode == 130
+    assert seen.endswith(b"asbuilt: interrupted\r\n")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scans"]
 
 

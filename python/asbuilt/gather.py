@@ -119,7 +119,7 @@ class ScanFile:
         if not not_finite:
             return Evidence(core, self.provenance)
         why = "their coordinates are not finite or beyond 100,000 km"
-        skipped = (*self.provenance.skipped, f"{self.file.path.name}: {not_finite} points left out, {why}")
+        skipped = (*self.provenance.skipped, f"{self.file.name}: {not_finite} points left out, {why}")
         return Evidence(core, dataclasses.replace(self.provenance, skipped=tuple(sorted(skipped))))
 
 
@@ -132,8 +132,8 @@ def scan_files(cloud: PointCloud, parameters: EvidenceParameters) -> list[ScanFi
         header = file.header
         if parameters.preview:
             header = _core.read_header(file.path, spacing=parameters.voxel / 2 / cloud.unit)
-        skipped = tuple(f"{file.path.name}: {note}" for note in header["notes"] if note.startswith("preview"))
-        entry = {"name": file.path.name, "size": file.size, "checksum": file.checksum()}
+        skipped = tuple(f"{file.name}: {note}" for note in header["notes"] if note.startswith("preview"))
+        entry = {"name": file.name, "size": file.size, "checksum": file.checksum()}
         systems = (header["crs"],) if header["crs"] else ()
         digest = hashlib.sha256(json.dumps([_core.VERSION, core_options(cloud, parameters), entry]).encode())
         provenance = Provenance((entry,), systems, skipped)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import hashlib
 import os
+import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -48,6 +49,15 @@ class InputFile:
     size: int
     header: dict[str, Any]
     error: InputError | None = None
+
+    @property
+    def name(self) -> str:
+        """The last part of its path, as any format can hold it: what is no character that prints is told by its code.
+
+        A file system takes bytes that no encoding explains, and line ends; JSON, XML and DXF do not.
+        """
+        name = self.path.name
+        return "".join(ascii(c)[1:-1] if unicodedata.category(c)[0] == "C" else c for c in name)
 
     @property
     def is_evidence(self) -> bool:

@@ -17,6 +17,7 @@ exit code  meaning
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -82,6 +83,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     if hasattr(signal, "SIGPIPE"):
         # asbuilt info ... | head: end quietly as other programs do; no output file is being written while we print
         signal.signal(signal.SIGPIPE, signal.SIG_DFL)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a file's name may be more than a terminal can show
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
     try:

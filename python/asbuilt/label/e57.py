@@ -75,7 +75,7 @@ class _Target:
         self.extend(_PREFIX, _URI)
         names = json.dumps({"wall": self.lookup.walls, "room": self.lookup.rooms}, ensure_ascii=False)
         # the same points and the same plan are the same file, and have the same GUID
-        contents = json.dumps([[file.path.name, file.size, repr(file.header["scans"])] for file in cloud.files])
+        contents = json.dumps([[file.name, file.size, repr(file.header["scans"])] for file in cloud.files])
         guid = uuid.uuid5(uuid.NAMESPACE_URL, _URI + contents + names)
         texts = {"formatName": "ASTM E57 3D Imaging Data File", "guid": f"{{{guid}}}", "coordinateMetadata": cloud.crs}
         for name, text in {**texts, "e57LibraryVersion": libe57.E57_LIBRARY_ID, f"{_PREFIX}:names": names}.items():
@@ -225,7 +225,7 @@ def _made(file: InputFile, target: _Target) -> Iterator[int]:
             if number != current:
                 if writer is not None:
                     writer.close()
-                key, position = positions.get(number, (file.path.name, None))
+                key, position = positions.get(number, (file.name, None))
                 origin = np.floor(batch[part[0]]) if position is None else np.array(position)
                 scan, prototype = _new_scan(key, origin, target)
                 buffers = _Buffers(prototype)
