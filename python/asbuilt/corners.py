@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt.elevations import MARGIN, Elevations
-from asbuilt.faces import Face
+from asbuilt.faces import Face, covered_length
 from asbuilt.grid import FloatArray
 from asbuilt.params import WallParameters
 
@@ -20,6 +20,8 @@ _MAX_THICKNESS = 0.7
 """A wall that stands against a face hides no more of it than this, m."""
 _MIN_ALONE = 0.9
 """Shorter faces that meet no other are clutter, m."""
+_FURNITURE = (2.5, 0.45)
+"""Longest front of furniture that may be taken for a wall, and how far it stands before the wall, m."""
 _MAX_COST = 1.2
 """Faces further than this from a corner, in all, do not meet there, m."""
 
@@ -49,10 +51,23 @@ def close_corners(
     return [
         after
         for before, after in zip(faces, closed, strict=True)
-        if after.length >= parameters.min_length
+        if not _stands_before(after, closed)
+        and after.length >= parameters.min_length
         and float(before.along @ after.along) > 0
         and (any(after.fixed) or after.length >= _MIN_ALONE)
     ]
+
+
+def _stands_before(face: Face, faces: list[Face]) -> bool:
+    """Whether a short face that meets no other stands close before a longer one: the front of a sofa, a board."""
+    if any(face.fixed) or face.length > _FURNITURE[0] or face.curve is not None:
+        return False
+    return any(
+        other is not face
+        and other.length > face.length
+        and covered_length(face, other, _FURNITURE[1]) > 0.8 * face.length
+        for other in faces
+    )
 
 
 def drop_columns(faces: list[Face], across: float = 1.2) -> list[Face]:

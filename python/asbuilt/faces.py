@@ -129,12 +129,12 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
     """
     kept: list[Face] = []
     for face in sorted(faces, key=lambda f: -f.score):
-        if not any(_covered(face, other, apart) > 0.5 * face.length for other in kept):
+        if not any(covered_length(face, other, apart) > 0.5 * face.length for other in kept):
             kept.append(face)
     return kept
 
 
-def _covered(face: Face, other: Face, apart: float) -> float:
+def covered_length(face: Face, other: Face, apart: float) -> float:
     """Length of `face` that lies beside `other`, nearly parallel, with the room on the same side."""
     relative = np.array([face.start - other.start, face.end - other.start])
     aside = relative @ other.normal

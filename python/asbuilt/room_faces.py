@@ -27,10 +27,12 @@ _BEHIND = 0.65
 """An opening in the wall behind a side is no further from it, m."""
 _SHORT = 0.6
 """A piece of a side shorter than this is wall unless an opening shows, m."""
-_ALONE = 1.5
-"""A side on which no face was found is drawn up to this length, if something shows there, m."""
-_SHOWS = 0.3
-"""Share of a side's length over which it shows."""
+_ALONE = (1.5, 3.5)
+"""A side on which no face was found is drawn up to these lengths, m..."""
+_SHOWS = (0.3, 0.6)
+"""...if something shows over this share of it."""
+_DOUBLE = 0.3
+"""A board, or the pane of a window, is no further before or behind a side, m."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,9 @@ def draw_room_faces(
         taken |= on
         gone = _openings_on(side, holes)
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
-        wall = _without(_filled(side, stretches, own, gone, elevations, scores, standing), gone)
+        shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
+        beside = bool(((np.abs(aside).max(axis=1) < _DOUBLE / 2) & (shared > 0.3 * side.length)).any())
+        wall = _without(_filled(side, stretches, own, gone, elevations, scores, standing, beside), gone)
         for low, high in wall:
             if high - low < 0.05:
                 continue
@@ -104,24 +108,39 @@ def draw_room_faces(
             end = side.end if fixed[1] else side.start + high * side.along
             drawn.append(replace(model, start=start, end=end, fixed=fixed))
     rest = np.flatnonzero(~taken)
-    rest = rest[~_is_clutter(tips[rest], rooms) | elevated[rest] | ~straight[rest]]
+    no_wall = _is_clutter(tips[rest], rooms) | _is_double(tips[rest], sides)
+    rest = rest[~no_wall | elevated[rest] | ~straight[rest]]
     return [faces[i] for i in rest] + drawn
 
 
 def _is_clutter(tips: FloatArray, rooms: Sequence[shapely.Polygon]) -> NDArray[np.bool_]:
     """Which short faces (n, 2, 2) stand within a room and on none of its sides."""
     inner = shapely.union_all([room.buffer(-2 * _ON_SIDE) for room in rooms])
-    short = np.hypot(*(tips[:, 1] - tips[:, 0]).T) < _ALONE
+    short = np.hypot(*(tips[:, 1] - tips[:, 0]).T) < _ALONE[0]
     within: NDArray[np.bool_] = short & shapely.covers(inner, shapely.linestrings(tips))
     return within
+
+
+def _is_double(tips: FloatArray, sides: Sequence[_Side]) -> NDArray[np.bool_]:
+    """Which faces (n, 2, 2) stand close before or behind a side of a room and look the same way."""
+    double = np.zeros(len(tips), dtype=np.bool_)
+    for side in sides:
+        place, aside = side.place(tips)
+        length = np.maximum(place[:, 1] - place[:, 0], 1e-9)
+        shared = np.minimum(place[:, 1], side.length) - np.maximum(place[:, 0], 0.0)
+        near = (np.abs(aside) < _DOUBLE).all(axis=1) & (np.abs(np.ptp(aside, axis=1)) < 0.15 * length)
+        double |= near & (place[:, 1] > place[:, 0]) & (shared > 0.6 * length)
+    return double
 
 
 def _sides(room: shapely.Polygon) -> list[_Side]:
     """The straight sides of a room, the room on the left of each."""
     oriented = shapely.geometry.polygon.orient(room)
+    # A hole as small as a column's is none of a wall.
+    holes = [ring for ring in oriented.interiors if ring.length > 2 * _ALONE[0]]
     return [
         _Side(*pair)
-        for ring in (oriented.exterior, *oriented.interiors)
+        for ring in (oriented.exterior, *holes)
         for points in [shapely.get_coordinates(ring)]
         for pair in pairwise(points)
     ]
@@ -146,12 +165,15 @@ def _filled(
     elevations: Elevations,
     scores: FloatArray,
     standing: FloatArray,
+    beside: bool,
 ) -> list[tuple[float, float]]:
     """The stretches of a side on which faces stand, and those between them on which wall is hidden."""
     rest = _without([(0.0, side.length)], stretches + gone)
     if own:
         hidden = [(a, b) for a, b in rest if _is_hidden(side, a, b, own, elevations, scores)]
     else:
+        # Beside another face, what shows is that one.
+        rest = [] if beside else rest
         hidden = [(a, b) for a, b in rest if _shows(side, a, b, standing, elevations.step)]
     return _merged(stretches + hidden)
 
@@ -177,12 +199,12 @@ def _is_hidden(
 def _shows(side: _Side, low: float, high: float, standing: FloatArray, step: float) -> bool:
     """Whether something stands on a stretch of a side without faces."""
     length = high - low
-    if length < 0.15 or length > _ALONE:
+    if length < 0.15 or length > _ALONE[1]:
         return length < 0.15
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
     _, _, place, _ = _core.strips(standing, segment, _ON_SIDE, 0.0)
     counts = np.bincount((place / step).astype(np.int64), minlength=1)
-    return bool((counts >= 6).sum() * step > _SHOWS * length)
+    return bool((counts >= 6).sum() * step > _SHOWS[length > _ALONE[0]] * length)
 
 
 def _without(intervals: list[tuple[float, float]], gone: list[tuple[float, float]]) -> list[tuple[float, float]]:
