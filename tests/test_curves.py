@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from asbuilt import extract_floor_plan
-from asbuilt.curves import find_chains, find_curves, fit_circle
+from asbuilt.curves import find_chains, find_curves, find_facets, fit_circle
 from asbuilt.faces import Face
 from asbuilt.plan import FloorPlan
 from asbuilt.profiles import StoreyVoxels
@@ -117,3 +117,51 @@ def test_chords_of_a_curve_follow_one_another() -> None:
     for before, after in pairwise(bow):
         assert np.array_equal(before.end, after.start)
     assert find_curves([], arc_voxels(4)) == []
+
+
+FACET = 0.8
+"""Chord of 7.5 degrees of a wall that is built of flat pieces, m."""
+AROUND = FACET / 2 / np.sin(np.radians(3.75))
+"""Its vertices lie on this circle, m."""
+
+
+def faceted_voxels(degrees: np.ndarray, radius: float, sigma: float = 0.002) -> StoreyVoxels:
+    """A wall of flat pieces from vertex to vertex."""
+    turns = np.radians(degrees)
+    vertices = radius * np.column_stack([np.cos(turns), np.sin(turns)])
+    share = (np.arange(32) + 0.5)[:, None] / 32
+    xy = np.concatenate([a + share * (b - a) for a, b in pairwise(vertices)]).repeat(20, axis=0)
+    z = np.tile(np.linspace(0.2, 2.4, 20), len(xy) // 20)
+    xy = xy + np.random.default_rng(0).normal(0, sigma, xy.shape)
+    return StoreyVoxels(np.zeros(2), np.zeros((len(z), 2), int), xy, z, np.zeros((len(z), 3)), 0.05, 2.6)
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_flat_pieces_of_a_round_wall_get_their_vertices(clockwise: bool) -> None:
+    true = np.arange(0, 91, 7.5)
+    seen = faceted_voxels(true, AROUND)
+    traced = chords(AROUND, np.arange(90, -1, -15) if clockwise else np.arange(0, 91, 15), gap=0.1)
+    found = find_curves(traced, seen)
+    inner = np.array([face.end for face in found[:-1]])
+    vertices = AROUND * np.column_stack([np.cos(np.radians(true)), np.sin(np.radians(true))])[1:-1]
+    assert len(inner) == len(vertices)
+    apart = np.hypot(*(inner - (vertices[::-1] if clockwise else vertices)).T)
+    assert apart.max() < 0.02
+    assert all(face.curve == 0 for face in found)
+
+
+def test_a_true_arc_stays_an_arc() -> None:
+    turns = np.radians([2.0, 88.0])
+    circle = (np.zeros(2), AROUND)
+    assert find_facets(turns, circle, arc_voxels(AROUND)) is None
+    assert find_facets(turns, circle, faceted_voxels(np.arange(0, 91, 7.5), AROUND)) is not None
+    found = find_curves(chords(AROUND, np.arange(0, 91, 15), gap=0.1), arc_voxels(AROUND))
+    off = [np.hypot(*point) - AROUND for face in found for point in (face.start, (face.start + face.end) / 2)]
+    assert np.abs(off).max() < 0.006
+
+
+def test_what_was_hardly_seen_has_no_facets() -> None:
+    nothing = StoreyVoxels(
+        np.zeros(2), np.zeros((0, 2), int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), 0.05, 2.6
+    )
+    assert find_facets(np.radians([0.0, 90.0]), (np.zeros(2), AROUND), nothing) is None

@@ -66,7 +66,7 @@ def test_a_door_parts_two_rooms_with_a_lintel_and_without(head: float) -> None:
 
 def test_a_wide_opening_under_a_beam_is_one_room() -> None:
     # not on the voxels' own planes: a floor that lies half in one layer of voxels, half in the next is seen less
-    [room] = planned(two_rooms(0.7, 4.3, 2.2) + [0.01, 0.01, 0.02]).rooms
+    [room] = planned(np.add(two_rooms(0.7, 4.3, 2.2), (0.01, 0.01, 0.02))).rooms
     assert room.area == pytest.approx(15 + 12.5 + 0.2 * 3.6, abs=0.1)
 
 
