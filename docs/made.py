@@ -1,4 +1,4 @@
-"""Points of what the example house does not have, made for pictures: a hall with columns, and a flight of stairs.
+"""Points of what the example house does not have, made for pictures: a flat, a hall with columns, a flight of stairs.
 
 They are those of a scan without clutter: each surface is seen from its front, evenly, with 2 mm of noise.
 """
@@ -33,6 +33,34 @@ def room(x: float, y: float, hole: tuple[float, float, float, float] | None = No
     return np.vstack(
         [*(plane(c, a, (0, 0, HEIGHT)) for c, a in walls), plane((0, 0, 0), (x, 0, 0), (0, y, 0)), ceiling]
     )
+
+
+def flat() -> asbuilt.Evidence:
+    """Three rooms with doors between them; cupboards hide part of two walls and a corner."""
+    rooms = [((0.0, 0.0), room(5.0, 4.0)), ((5.15, 0.0), room(3.6, 4.0)), ((0.0, 4.15), room(8.75, 1.6))]
+    points = np.vstack([part + np.array([*corner, 0.0]) for corner, part in rooms])
+    for (x0, x1), (y0, y1) in (((3.6, 4.5), (4.0, 4.15)), ((5.5, 6.4), (4.0, 4.15)), ((5.0, 5.15), (1.6, 2.5))):
+        along_x = y0 == 4.0
+        low, high = ((x0, 3.9, 0.001), (x1, 4.25, 2.05)) if along_x else ((4.9, y0, 0.001), (5.25, y1, 2.05))
+        points = points[~((points > low) & (points < high)).all(axis=1)]
+        a, b = (x1 - x0, 0, 0), (0, y1 - y0, 0)
+        points = np.vstack([points, *(plane((x0, y0, z), a, b) for z in (0, 2.05))])
+        through, across = (b, a) if along_x else (a, b)
+        jambs = (np.array((x0, y0, 0.0)), np.array((x0, y0, 0.0)) + across)
+        points = np.vstack([points, *(plane((*jamb[:2], 0), through, (0, 0, 2.05)) for jamb in jambs)])
+    for (x0, y0), (x1, y1) in (((0.0, 0.0), (0.6, 1.8)), ((6.9, 3.4), (8.75, 4.0))):
+        low, high = (x0 - 0.05, y0 - 0.05, -1.0), (x1, y1 + 0.05, 2.2)
+        points = points[~((points > low) & (points < high)).all(axis=1)]
+        x, y = (x1, y1) if y0 == 0 else (x0, y0)  # the sides that look into the room
+        points = np.vstack(
+            [
+                points,
+                plane((x0, y0, 2.2), (x1 - x0, 0, 0), (0, y1 - y0, 0)),
+                plane((x0, y, 0), (x1 - x0, 0, 0), (0, 0, 2.2)),
+                plane((x, y0, 0), (0, y1 - y0, 0), (0, 0, 2.2)),
+            ]
+        )
+    return asbuilt.evidence_from_points(points + np.random.default_rng(2).normal(0, 0.002, points.shape) + 0.02)
 
 
 def hall() -> StoreyVoxels:

@@ -13,11 +13,13 @@ from pathlib import Path
 
 import made
 import numpy as np
+import shapely
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 from PIL import Image
 
 import asbuilt
@@ -32,7 +34,10 @@ from asbuilt.grid import FloatArray, Grid
 from asbuilt.opening_boxes import find_boxes, look_behind
 from asbuilt.openings import find_openings
 from asbuilt.partitions import find_partitions
+from asbuilt.plan import FloorPlan
 from asbuilt.profiles import StoreyVoxels, columns, storey_voxels
+from asbuilt.room_faces import draw_room_faces
+from asbuilt.rooms import find_rooms
 from asbuilt.stairs import find_stairs, surfaces
 from asbuilt.storeys import Level, drop_strays
 from asbuilt.wall_lines import find_wall_lines
@@ -112,6 +117,12 @@ def loose_faces() -> list[Face]:
 def closed_faces() -> list[Face]:
     """Faces after it."""
     return drop_columns(close_corners(loose_faces(), elevations(), scores(), DEFAULT.walls))
+
+
+@cache
+def plan() -> FloorPlan:
+    """The whole plan."""
+    return asbuilt.extract_floor_plan(evidence())
 
 
 # The pictures.
@@ -423,6 +434,83 @@ def openings_picture(figure: Figure) -> None:
     )
 
 
+def rooms_picture(figure: Figure) -> None:
+    """The rooms of a flat made for the picture, with their numbers, areas and clear heights."""
+    axes = figure.subplots()
+    v = flat_voxels()
+    backdrop(axes, v)
+    storey = flat_plan().storeys[0]
+    rooms = storey.rooms
+    for room, colour in zip(rooms, ("#cfe3f1", "#f6dcc6", "#d6ecd2"), strict=True):
+        axes.fill(*(np.array(room.ring) - v.origin).T, fc=colour, ec="none", alpha=0.75)
+        middle = np.array(shapely.Polygon(room.ring).centroid.coords[0]) - v.origin
+        text = f"{room.number}\n{room.area:.2f} m²\n{room.height:.2f} m high"
+        axes.text(*middle, text, ha="center", va="center", fontsize=8)
+    faces = np.array([(*face.start, *face.end) for face in storey.wall_faces])
+    draw(axes, faces - np.tile(v.origin, 2), WALL, 1.4)
+    plan_axes(axes, f"{len(rooms)} rooms, and the faces (red) that enclose them")
+
+
+def room_faces_picture(figure: Figure) -> None:
+    """Faces before and after the sides of rooms are drawn, and the end of a wall from near."""
+    loose = closed_faces()
+    doors = find_openings(loose, elevations(), scores(), voxels(), 0).doors
+    rooms = find_rooms(loose, doors, voxels())
+    drawn = draw_room_faces(loose, rooms, doors, elevations(), scores(), voxels())
+    new = shapely.difference(segments_of(drawn), shapely.union_all(segments_of(loose)).buffer(0.03))
+    added = [shapely.get_coordinates(line) for line in shapely.get_parts(new) if line.length > 0.05]
+    whole, *near = figure.subplot_mosaic("AA;BC", height_ratios=(1.5, 1)).values()
+    for axes, faces in ((whole, drawn), (near[0], loose), (near[1], drawn)):
+        background(axes)
+        for room in rooms:
+            axes.fill(*room.exterior.xy, fc="#e6eff6", ec="none", zorder=0)
+        draw(axes, ends_of(faces), WALL, 1.6)
+        if faces is drawn:
+            axes.add_collection(LineCollection(added, colors=OTHER, linewidths=3.0))
+    plan_axes(whole, f"{len(rooms)} room and {len(drawn)} faces; in blue what its sides add")
+    x, y = np.concatenate(added)[np.concatenate(added)[:, 1].argmin()]
+    for axes, title in zip(near, ("The end of a wall before", "The same after"), strict=True):
+        axes.set(xlim=(x - 1.6, x + 1.4), ylim=(y - 0.9, y + 1.1))
+        plan_axes(axes, title)
+
+
+def walls_picture(figure: Figure) -> None:
+    """The walls of the same flat: those seen from both sides, and those of which the other side was not seen."""
+    axes = figure.subplots()
+    v = flat_voxels()
+    backdrop(axes, v)
+    storey = flat_plan().storeys[0]
+    for wall in storey.walls:
+        ring = np.array([*wall.outline, wall.outline[0]]) - v.origin
+        seen = wall.thickness is not None
+        axes.fill(*ring.T, fc="#8c8c8c" if seen else "none", ec="k", lw=0.7, ls="-" if seen else "--")
+        if wall.thickness is not None:
+            middle = (np.array(wall.start) + wall.end) / 2 - v.origin
+            axes.annotate(f"{1000 * wall.thickness:.0f} mm", middle, (9, 9), textcoords="offset points", fontsize=8)
+    for elements, colour, width in ((storey.walls, WALL, 0.9), (storey.doors, "#f2b705", 4.0)):
+        ends = np.array([(*element.start, *element.end) for element in elements])
+        draw(axes, ends - np.tile(v.origin, 2), colour, width)
+    plan_axes(axes, "Thickness measured (grey) and not observed (dashed); centrelines red, doors yellow")
+
+
+@cache
+def flat_plan() -> FloorPlan:
+    """The plan of the flat."""
+    return asbuilt.extract_floor_plan(made.flat())
+
+
+@cache
+def flat_voxels() -> StoreyVoxels:
+    """The voxels of the flat."""
+    return storey_voxels(made.flat(), asbuilt.find_storeys(made.flat())[0], None)
+
+
+def segments_of(faces: list[Face]) -> NDArray[np.object_]:
+    """Faces as lines of shapely."""
+    lines: NDArray[np.object_] = shapely.linestrings(ends_of(faces).reshape(-1, 2, 2))
+    return lines
+
+
 def columns_picture(figure: Figure) -> None:
     """A hall made for the picture: the voxels of its columns and of a cupboard, and the columns found."""
     v = made.hall()
@@ -459,7 +547,7 @@ def stairs_picture(figure: Figure) -> None:
 
 def trust_picture(figure: Figure) -> None:
     """The faces of the example by how likely they are real, and by how far off they may be."""
-    faces = asbuilt.extract_floor_plan(evidence()).wall_faces
+    faces = plan().wall_faces
     ends = np.array([(*face.start, *face.end) for face in faces]) - np.tile(voxels().origin, 2)
     sigma = np.array([np.nan if face.sigma is None else 1960 * face.sigma for face in faces])
     confidence = np.array([face.confidence for face in faces])
@@ -474,10 +562,9 @@ def trust_picture(figure: Figure) -> None:
 def plan_picture(figure: Figure) -> None:
     """What a user gets: the plan over the density of the points."""
     axes = figure.subplots()
-    plan = asbuilt.extract_floor_plan(evidence())
-    image, extent = asbuilt.density_image(evidence(), plan.storeys[0])
+    image, extent = asbuilt.density_image(evidence(), plan().storeys[0])
     density(axes, image, extent)
-    draw(axes, np.array([(*face.start, *face.end) for face in plan.wall_faces]), WALL, 1.8)
+    draw(axes, np.array([(*face.start, *face.end) for face in plan().wall_faces]), WALL, 1.8)
     x0, x1, y0, y1 = extent
     axes.set(xlim=(x0 + 0.6, x1 - 0.6), ylim=(y0 + 0.4, y1 - 0.4))
     axes.set_aspect("equal")
@@ -502,6 +589,9 @@ PICTURES: dict[str, tuple[Callable[[Figure], None], float]] = {
     "curves": (curves_picture, 4.2),
     "corners": (corners_picture, 9.6),
     "openings": (openings_picture, 9.6),
+    "rooms": (rooms_picture, 5.6),
+    "room_faces": (room_faces_picture, 7.6),
+    "walls": (walls_picture, 5.6),
     "columns": (columns_picture, 5.6),
     "stairs": (stairs_picture, 3.4),
     "trust": (trust_picture, 9.6),
@@ -523,8 +613,13 @@ def draw(axes: Axes, segments: FloatArray, colour: str, width: float = 1.4) -> N
 
 
 def background(axes: Axes) -> None:
+    """Cells of the example that fill some height, in grey."""
+    backdrop(axes, voxels())
+
+
+def backdrop(axes: Axes, v: StoreyVoxels) -> None:
     """Cells that fill some height, in grey."""
-    found = columns(voxels())
+    found = columns(v)
     tall = found.filled > 4
     axes.scatter(*found.xy[tall].T, s=0.8, lw=0, color="#c4c4c4")
 
