@@ -113,6 +113,13 @@ def test_what_stands_short_and_free_within_a_room_is_clutter() -> None:
     assert any(f is screen for f in found)
 
 
+def test_a_board_before_a_side_is_no_wall_and_the_back_of_a_wall_is_one() -> None:
+    board, back = face(2, (4.5, 3.85), (2.7, 3.85)), face(2, (0.0, 4.2), (5.0, 4.2))
+    found = drawn([face(2, (5.0, 4.0), (0.0, 4.0)), board, back, *others()])
+    assert not any(f is board for f in found)
+    assert any(f is back for f in found)
+
+
 def test_curves_are_left_alone() -> None:
     chord = face(1, (5.0, 0.0), (5.0, 4.0), curve=0)
     found = drawn([chord, face(3, *WEST)])
