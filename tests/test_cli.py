@@ -253,6 +253,13 @@ def test_a_reader_that_leaves_early_is_no_error(room):
         assert process.stderr.read() == b""
 
 
+def test_printing_to_a_full_disk_is_one_line(room):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([*ASBUILT, "info", room], stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert one_line(done.stderr, "standard output", "no space")
+
+
 def test_progress_is_drawn_on_a_terminal_only(room, tmp_path):
     command = [*ASBUILT, "plan", str(room), "-o", str(tmp_path / "plan.geojson")]
     assert subprocess.run(command, capture_output=True, check=True).stderr == b""

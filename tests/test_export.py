@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import shutil
 import stat
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from PIL import Image
 from asbuilt import FloorPlan, load_plan
 from asbuilt.errors import OutputError
 from asbuilt.export import check_output, export, known_suffixes
+from asbuilt.export.atomic import replacing
 from asbuilt.plan import WallFace
 
 ALL = sorted(known_suffixes())
@@ -145,3 +147,30 @@ def test_files_that_cannot_be_made_are_one_line(one_storey):
     with pytest.raises(OutputError) as caught:
         export(one_storey, path)
     assert "\n" not in str(caught.value)
+
+
+def test_a_library_that_calls_a_full_disk_something_else_leaves_nothing(tmp_path, monkeypatch):
+    def fail(path: Path) -> None:
+        path.with_name("journal.tmp").write_bytes(b"left behind")
+        raise RuntimeError("An unknown error occurred")
+
+    usage = shutil.disk_usage(tmp_path)
+    for free, expected in ((0, OutputError), (2**30, RuntimeError)):  # with room left it is a bug
+        monkeypatch.setattr(shutil, "disk_usage", lambda _, free=free: usage._replace(free=free))
+        with pytest.raises(expected), replacing(tmp_path / "plan.ifc") as temporary:
+            fail(temporary)
+        assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", ALL)
+def test_an_output_whose_name_no_encoding_explains(suffix, one_storey, tmp_path):
+    name = os.fsdecode(b"pl\xffan")
+    assert all(path.name.startswith(name) for path in export(one_storey, tmp_path / f"{name}{suffix}"))
+    folder = tmp_path / name
+    folder.mkdir()
+    if suffix not in (".gpkg", ".ifc"):
+        assert export(one_storey, folder / f"plan{suffix}")
+        return
+    with pytest.raises(OutputError, match="the name of its folder is no text"):  # their libraries take text alone
+        export(one_storey, folder / f"plan{suffix}")
+    assert list(folder.iterdir()) == []

@@ -80,7 +80,10 @@ def extract_floor_plan(
     levels = find_storeys(source, parameters.storeys)
     notes = list(source.skipped)
     if not levels:
-        notes.append("storeys: no floor found; nothing in the cloud has free height above it and walls around it")
+        notes.append(
+            "storeys: no floor found; nothing in the cloud has free height above it and walls around it; "
+            "if it should, see by asbuilt info whether it is in metres with z up (--unit, --up)"
+        )
     elif storey is not None and not 0 <= storey < len(levels):
         raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
     wanted = [

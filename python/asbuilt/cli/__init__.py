@@ -17,6 +17,7 @@ exit code  meaning
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import signal
@@ -88,7 +89,10 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     if not sys.warnoptions:
         warnings.simplefilter("ignore")
     try:
-        typer.main.get_command(app)(arguments, prog_name="asbuilt")
+        try:
+            typer.main.get_command(app)(arguments, prog_name="asbuilt")
+        finally:
+            sys.stdout.flush()  # here, where a full disk can be told
         code = 0
     except SystemExit as leaving:
         code = leaving.code if isinstance(leaving.code, int) else 0
@@ -101,6 +105,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     except Exception as error:
         if os.environ.get("ASBUILT_TRACEBACK"):
             raise
+        if isinstance(error, OSError) and error.errno == errno.ENOSPC:  # files of ours say so as an OutputError
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # Python would try again as it leaves
+            sys.exit(_fail(2, "standard output: no space left on the disk"))
         where = f"{type(error).__name__}: {error}"
         code = _fail(70, f"this is a bug of asbuilt, please report it: {where} (ASBUILT_TRACEBACK=1 shows where)")
     if code == 130:

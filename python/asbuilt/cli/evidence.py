@@ -115,7 +115,7 @@ def merge_command(
 
         asbuilt merge campus/*.evidence -o campus.evidence
 
-    Exit codes: 0 done, 2 error; a scan that is in two of the files is one.
+    Exit codes: 0 done, 2 error, such as a scan that is in two of the files.
     """
     _check_output(output)
     import asbuilt

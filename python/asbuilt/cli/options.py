@@ -14,12 +14,12 @@ Inputs = Annotated[
     list[Path],
     typer.Argument(
         metavar="INPUT",
-        help="Files, folders and glob patterns: LAS, LAZ, COPC, E57, PLY, PTS, PTX, XYZ, CSV, PCD.",
+        help="Files, folders and glob patterns: LAS, LAZ, COPC, E57, PLY, PTS, PTX, PCD, XYZ, TXT, CSV.",
         show_default=False,
     ),
 ]
 Unit = Annotated[
-    str, typer.Option(metavar="m|mm|cm|ft|us-ft|in", help="Unit of the coordinates.", rich_help_panel="Reading")
+    str, typer.Option(metavar="m|dm|cm|mm|ft|us-ft|in", help="Unit of the coordinates.", rich_help_panel="Reading")
 ]
 Up = Annotated[str, typer.Option(metavar="z|y|x|-z|-y|-x", help="Axis that points up.", rich_help_panel="Reading")]
 SkipBad = Annotated[
