@@ -20,6 +20,10 @@ _MAX_THICKNESS = 0.7
 """A wall that stands against a face hides no more of it than this, m."""
 _MIN_ALONE = 0.9
 """Shorter faces that meet no other are clutter, m."""
+_STUB = 0.7
+"""A face does not run on beyond another one by less than this, m."""
+_TOUCH = 0.05
+"""Nor by as little as this, which is rounding, m."""
 _FURNITURE = (2.5, 0.45)
 """Longest front of furniture that may be taken for a wall, and how far it stands before the wall, m."""
 _MAX_COST = 1.2
@@ -40,7 +44,7 @@ def close_corners(
     faces: list[Face], elevations: Elevations, scores: FloatArray, parameters: WallParameters
 ) -> list[Face]:
     """Cut faces where walls stand against them, and let ends and starts meet."""
-    faces = cut_at_walls(faces)
+    faces = cut_at_walls(cut_stubs(faces))
     closed = list(faces)
     for meeting in sorted(find_meetings(faces, elevations, scores, parameters), key=lambda m: (m.cost, m.first)):
         i, j = meeting.first, meeting.second
@@ -142,6 +146,25 @@ def _passes_through(start: FloatArray, end: FloatArray, along: FloatArray, i: in
         if between.any():
             return True
     return False
+
+
+def cut_stubs(faces: list[Face]) -> list[Face]:
+    """Cut faces that run a little way through another one: no wall stands in the way of what a room sees."""
+    faces = list(faces)
+    i = 0
+    while i < len(faces):
+        start, _, along, length = _arrays(faces)
+        cross, on_first, on_second = _crossings(start, along, i)
+        through = (np.abs(cross) > 0.26) & (on_second > _TOUCH) & (on_second < length - _TOUCH)
+        stub = np.minimum(on_first, length[i] - on_first)
+        through &= (stub > _TOUCH) & (stub < _STUB) & (stub < np.minimum(on_second, length - on_second))
+        if faces[i].curve is not None or not through.any():
+            i += 1
+            continue
+        place = float(on_first[np.flatnonzero(through)[np.argmin(stub[through])]])
+        tip = faces[i].start + place * faces[i].along
+        faces[i] = replace(faces[i], start=tip) if place < length[i] / 2 else replace(faces[i], end=tip)
+    return faces
 
 
 def cut_at_walls(faces: list[Face]) -> list[Face]:
