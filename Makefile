@@ -29,7 +29,7 @@ setup: $(BIN)/.built ## a virtual environment in .venv with the compiled package
 $(BIN)/.installed: pyproject.toml
 	@[ -n "$(PYTHON)" ] || { echo "make setup: Python 3.11 or later is needed; PYTHON=/path/to/python chooses one" >&2; exit 1; }
 	@command -v cargo >/dev/null || { echo "make setup: cargo is needed: install a Rust toolchain (1.87 or later)" >&2; exit 1; }
-	[ -x $(BIN)/python ] || $(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip --version >/dev/null 2>&1 || $(PYTHON) -m venv $(VENV) # also where an earlier try found no ensurepip
 	$(BIN)/python -m pip install --upgrade 'pip>=25.1'
 	$(BIN)/python -m pip install --group dev
 	@touch $@
@@ -45,7 +45,7 @@ demo: setup ## the main job on the bundled example; results in out/demo
 	@mkdir -p out/demo
 	$(BIN)/asbuilt plan examples/small_house/scans.laz \
 		-o out/demo/plan.geojson -o out/demo/plan.dxf -o out/demo/plan.pdf -o out/demo/plan.svg -o out/demo/plan.png \
-		-o out/demo/plan.html
+		-o out/demo/plan.ifc -o out/demo/plan.html
 
 browser: ## Chromium and its driver, which the report's tests open it in and skip without (Debian, as root)
 	{ command -v chromium && command -v chromedriver; } >/dev/null || { apt-get update -qq && \
