@@ -241,7 +241,7 @@ def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path
                     seen += more
         finally:
             os.close(ours)
-    assert time.monotonic() - started < 5.0  # half a second, on a machine with nothing else to do
+    assert time.monotonic() - started < 15.0  # half a second, on a machine with nothing else to do
     assert process.returncode == 130
     assert seen.endswith(b"asbuilt: interrupted\r\n")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scans"]

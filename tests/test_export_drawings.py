@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import dataclasses
 import itertools
 import math
@@ -306,7 +307,13 @@ def test_drawings_of_the_example(example, tmp_path):
     check_drawings(tmp_path, example / "scans.laz", example / "truth.json")
 
 
+LARGE = pytest.mark.skipif("ASBUILT_LARGE_CASES" not in os.environ, reason="minutes: `make bench-accuracy` runs it")
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["flat", "fzk_haus", "niedriha", "rotunda", "school", "skewed"])
+@pytest.mark.parametrize(
+    "case",
+    ["flat", "fzk_haus", "niedriha", *(pytest.param(case, marks=LARGE) for case in ("rotunda", "school", "skewed"))],
+)
 def test_drawings_of_the_cases(case, cases, tmp_path):
     check_drawings(tmp_path, cases / case / "scans.laz", cases / case / "truth.json")
