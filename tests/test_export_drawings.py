@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import dataclasses
 import itertools
 import math
+import os
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
