@@ -41,6 +41,7 @@ class _Side:
 
     start: FloatArray
     end: FloatArray
+    of_hole: bool = False
 
     @property
     def length(self) -> float:
@@ -95,7 +96,8 @@ def draw_room_faces(
         gone = _openings_on(side, holes)
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
-        beside = bool(((np.abs(aside).max(axis=1) < _DOUBLE / 2) & (shared > 0.3 * side.length)).any())
+        # What stands free in a room shows on all its sides, or is none of a wall.
+        beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _DOUBLE / 2) & (shared > 0.3 * side.length)).any())
         wall = _without(_filled(side, stretches, own, gone, elevations, scores, standing, beside), gone)
         for low, high in wall:
             if high - low < 0.05:
@@ -139,8 +141,8 @@ def _sides(room: shapely.Polygon) -> list[_Side]:
     # A hole as small as a column's is none of a wall.
     holes = [ring for ring in oriented.interiors if ring.length > 2 * _ALONE[0]]
     return [
-        _Side(*pair)
-        for ring in (oriented.exterior, *holes)
+        _Side(*pair, of_hole=number > 0)
+        for number, ring in enumerate((oriented.exterior, *holes))
         for points in [shapely.get_coordinates(ring)]
         for pair in pairwise(points)
     ]

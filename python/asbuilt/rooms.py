@@ -61,6 +61,8 @@ _SAME = 1e-4
 """What lies this near is the same, m."""
 _SAMPLED = 2
 """Floor and ceiling are looked for in every so many cells each way."""
+_NARROW = 0.2
+"""Narrower cells are too small to tell whether floor or ceiling was seen, m."""
 _ASIDE = 0.05
 """Voxels this near to a room's walls are none of its floor or ceiling, m."""
 
@@ -314,6 +316,9 @@ def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     cell, _ = shapely.STRtree(places).query(cells, predicate="contains")
     area = (_SAMPLED * voxels.voxel) ** 2
     share: FloatArray = np.bincount(cell, minlength=len(cells)) * area / np.maximum(shapely.area(cells), 1e-6)
+    # A strip may pass between the cells that are looked at.
+    narrow = 2 * shapely.area(cells) < _NARROW * shapely.length(cells)
+    share[narrow] = 1.0
     return share
 
 
