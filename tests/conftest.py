@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
 
+from asbuilt.cli import main
 from asbuilt.plan import FloorPlan, Storey, WallFace
 
 ROOT = Path(__file__).parent.parent
@@ -25,6 +27,23 @@ def cases() -> Path:
     if not folder.is_dir():
         pytest.skip(f"{folder} is absent: this test needs the cases (ASBUILT_CASES names another place)")
     return folder
+
+
+@pytest.fixture
+def run(capsys):
+    """Run the command line in this process; gives the exit code, standard output and standard error."""
+
+    def run_main(*arguments: object) -> tuple[int, str, str]:
+        pipe = signal.getsignal(signal.SIGPIPE)
+        try:
+            with pytest.raises(SystemExit) as leaving:
+                main([str(argument) for argument in arguments])
+        finally:
+            signal.signal(signal.SIGPIPE, pipe)
+        printed = capsys.readouterr()
+        return leaving.value.code, printed.out, printed.err
+
+    return run_main
 
 
 def room(index: int, floor: float, x0: float, y0: float, width: float, depth: float) -> Storey:

@@ -6,12 +6,15 @@ A scanner sees surfaces from the front only, and so do these: each wall face is 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
+import laspy
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt import Evidence, evidence_from_points
+from asbuilt import Evidence, evidence_from_points, find_storeys
 from asbuilt.plan import FloorPlan
+from asbuilt.profiles import StoreyVoxels, storey_voxels
 
 Array = NDArray[np.float64]
 Ring = Sequence[tuple[float, float]]
@@ -65,9 +68,34 @@ def noisy(points: Array, sigma: float = NOISE, seed: int = 1) -> Array:
     return points + np.random.default_rng(seed).normal(0, sigma, points.shape)
 
 
+def turned(points: Array, degrees: float, shift: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
+    """The points turned about z and then moved."""
+    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    moved: Array = points @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) + shift
+    return moved
+
+
+def write_las(path: Path, points: Array, source: int = 0) -> Path:
+    """The points as LAS 1.4 to a tenth of a millimetre, all of one scan; gives the path."""
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales, header.offsets = np.full(3, 0.0001), np.floor(np.nanmin(points, axis=0))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = points.T
+    cloud.point_source_id = np.full(len(points), source, dtype=np.uint16)
+    cloud.write(path)
+    return path
+
+
 def evidence(*parts: Array, sigma: float = NOISE, seed: int = 1) -> Evidence:
     """The evidence of what was seen, with noise."""
     return evidence_from_points(noisy(np.concatenate(parts), sigma, seed))
+
+
+def voxels_of(*parts: Array) -> StoreyVoxels:
+    """The voxels of the one storey that is seen, with noise."""
+    cloud = evidence(*parts)
+    (storey,) = find_storeys(cloud)
+    return storey_voxels(cloud, storey, None)
 
 
 def segments(plan: FloorPlan, storey: int = 0) -> Array:

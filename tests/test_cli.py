@@ -17,37 +17,12 @@ import numpy as np
 import pytest
 
 import asbuilt
-from asbuilt.cli import main
 from asbuilt.cli.histogram import draw_heights
 from asbuilt.export import known_suffixes
 from asbuilt.storeys import HeightHistogram, Level
+from rooms import write_las
 
 ASBUILT = [sys.executable, "-c", "from asbuilt.cli import main; main()"]
-
-
-@pytest.fixture
-def run(capsys):
-    """Run the command line in this process; gives the exit code, standard output and standard error."""
-
-    def run_main(*arguments: object) -> tuple[int, str, str]:
-        pipe = signal.getsignal(signal.SIGPIPE)
-        try:
-            with pytest.raises(SystemExit) as leaving:
-                main([str(argument) for argument in arguments])
-        finally:
-            signal.signal(signal.SIGPIPE, pipe)
-        printed = capsys.readouterr()
-        return leaving.value.code, printed.out, printed.err
-
-    return run_main
-
-
-def write_las(path: Path, points: np.ndarray) -> Path:
-    las = laspy.create(point_format=6, file_version="1.4")
-    las.header.scales = [0.001] * 3
-    las.x, las.y, las.z = points.T
-    las.write(path)
-    return path
 
 
 @pytest.fixture(scope="module")

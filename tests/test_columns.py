@@ -14,7 +14,7 @@ import buildings
 import rooms
 from asbuilt.columns import find_columns, fit_shape
 from asbuilt.plan import Column
-from asbuilt.profiles import StoreyVoxels, storey_voxels
+from asbuilt.profiles import StoreyVoxels
 
 Array = NDArray[np.float64]
 HEIGHT = 2.6
@@ -28,21 +28,9 @@ def cylinder(x: float, y: float, radius: float, low: float = 0.0, high: float = 
     return np.column_stack([x + radius * np.cos(turn), y + radius * np.sin(turn), z])
 
 
-def turned(points: Array, degrees: float) -> Array:
-    """Points turned about z."""
-    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    return points @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
-
-
 def without_top(x0: float, y0: float, x1: float, y1: float, high: float = HEIGHT) -> Array:
     """The four sides of a column."""
     return rooms.walls([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], 0.0, high)
-
-
-def voxels_of(*parts: Array) -> StoreyVoxels:
-    evidence = rooms.evidence(*parts)
-    (level,) = asbuilt.find_storeys(evidence)
-    return storey_voxels(evidence, level, None)
 
 
 def room_with(*parts: Array) -> Array:
@@ -55,7 +43,7 @@ def room_with(*parts: Array) -> Array:
 
 def found(*parts: Array) -> tuple[Column, ...]:
     """The columns in the empty room with more in it."""
-    return find_columns(voxels_of(room_with(*parts)), 0)
+    return find_columns(rooms.voxels_of(room_with(*parts)), 0)
 
 
 def test_a_square_column_is_measured_to_millimetres() -> None:
@@ -76,9 +64,9 @@ def test_a_round_column_is_measured_to_millimetres() -> None:
 
 
 def test_the_rotation_is_that_of_the_width() -> None:
-    parts = turned(room_with(without_top(3.0, 2.0, 3.7, 2.4)), 28.0)
-    (column,) = find_columns(voxels_of(parts), 0)
-    corners = turned(np.array([[3.0, 2.0, 0], [3.7, 2.0, 0], [3.7, 2.4, 0], [3.0, 2.4, 0]]), 28.0)[:, :2]
+    parts = rooms.turned(room_with(without_top(3.0, 2.0, 3.7, 2.4)), 28.0)
+    (column,) = find_columns(rooms.voxels_of(parts), 0)
+    corners = rooms.turned(np.array([[3.0, 2.0, 0], [3.7, 2.0, 0], [3.7, 2.4, 0], [3.0, 2.4, 0]]), 28.0)[:, :2]
     ring = np.array(column.ring)
     apart = np.hypot(*(ring[:, None] - corners).transpose(2, 0, 1))
     assert apart.min(axis=0).max() < 0.006
@@ -123,7 +111,7 @@ def test_what_is_no_column(thing: Array) -> None:
 def test_a_pier_under_a_lintel_is_wall() -> None:
     pier = without_top(3.0, 2.0, 3.5, 2.25)
     lintel = [rooms.wall(a, b, 2.0, HEIGHT) for y in (2.0, 2.25) for a, b in (((0, y), (3, y)), ((3.5, y), (8, y)))]
-    assert find_columns(voxels_of(room_with(pier), *lintel), 0) == ()
+    assert find_columns(rooms.voxels_of(room_with(pier), *lintel), 0) == ()
     assert len(found(pier)) == 1
 
 
@@ -131,7 +119,7 @@ def test_the_floor_goes_on_in_the_corner_of_a_room() -> None:
     """Two walls that meet look like two sides of a column from the wrong side."""
     sides = [rooms.wall((3.0, 2.0), (3.6, 2.0), 0, HEIGHT), rooms.wall((3.0, 2.0), (3.0, 2.6), 0, HEIGHT)]
     corner = np.concatenate(sides)
-    assert find_columns(voxels_of(ROOM, corner), 0) == ()
+    assert find_columns(rooms.voxels_of(ROOM, corner), 0) == ()
     assert len(found(corner)) == 1
 
 

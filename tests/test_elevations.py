@@ -6,15 +6,8 @@ import numpy as np
 import pytest
 
 from asbuilt.elevations import Elevations, ceiling_heights, close_gaps, draw_elevations, smooth
-from asbuilt.profiles import StoreyVoxels, storey_voxels
-from asbuilt.storeys import find_storeys
-from rooms import box_room, evidence, level, without
-
-
-def voxels_of(*parts: np.ndarray) -> StoreyVoxels:
-    cloud = evidence(*parts)
-    (found,) = find_storeys(cloud)
-    return storey_voxels(cloud, found, None)
+from asbuilt.profiles import StoreyVoxels
+from rooms import box_room, level, voxels_of, without
 
 
 def elevation(voxels: StoreyVoxels, *line: float) -> Elevations:

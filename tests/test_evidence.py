@@ -6,7 +6,6 @@ from functools import reduce
 from itertools import permutations
 from pathlib import Path
 
-import laspy
 import numpy as np
 import pytest
 
@@ -14,22 +13,13 @@ import asbuilt
 from asbuilt import Evidence, InputError, ParameterError, evidence_from_points, gather_evidence
 from asbuilt.evidence import rows_in, unique_rows
 from asbuilt.params import EvidenceParameters
+from rooms import write_las
 
 UTM = np.array([512_345.0, 5_403_210.0, 431.0])
 
 
 def cloud(seed: int = 0, count: int = 4000) -> np.ndarray:
     return np.random.default_rng(seed).uniform(-3, 3, (count, 3)).round(4)
-
-
-def write_las(path: Path, points: np.ndarray, source: int = 0) -> Path:
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    header.scales, header.offsets = np.full(3, 0.0001), np.floor(np.nanmin(points, axis=0))
-    las = laspy.LasData(header)
-    las.x, las.y, las.z = points.T
-    las.point_source_id = np.full(len(points), source, dtype=np.uint16)
-    las.write(path)
-    return path
 
 
 def same(a: Evidence, b: Evidence) -> bool:

@@ -19,28 +19,10 @@ from hypothesis import strategies as st
 
 import asbuilt
 from asbuilt import Evidence, InputError, OutputError, ParameterError, gather_evidence, read_evidence
-from asbuilt.cli import main
 from asbuilt.params import EvidenceParameters
 from asbuilt.provenance import Provenance
 
 ASBUILT = [sys.executable, "-c", "from asbuilt.cli import main; main()"]
-
-
-@pytest.fixture
-def run(capsys):
-    """Run the command line in this process; gives the exit code, standard output and standard error."""
-
-    def run_main(*arguments: object) -> tuple[int, str, str]:
-        pipe = signal.getsignal(signal.SIGPIPE)
-        try:
-            with pytest.raises(SystemExit) as leaving:
-                main([str(argument) for argument in arguments])
-        finally:
-            signal.signal(signal.SIGPIPE, pipe)
-        printed = capsys.readouterr()
-        return leaving.value.code, printed.out, printed.err
-
-    return run_main
 
 
 def write_cloud(path: Path, seed: int, count: int = 3000) -> Path:

@@ -6,7 +6,6 @@ import json
 from itertools import permutations
 from pathlib import Path
 
-import laspy
 import numpy as np
 import pytest
 
@@ -14,7 +13,7 @@ import asbuilt
 from asbuilt import FloorPlan, ParameterError, Parameters, evidence_from_points, extract_floor_plan
 from asbuilt.evaluate import evaluate
 from asbuilt.evaluate.result import pool
-from rooms import box, box_room, evidence, level, lying_on, noisy, segments, wall, without
+from rooms import box, box_room, evidence, level, lying_on, noisy, segments, turned, wall, without, write_las
 
 UTM = np.array([512_345.0, 5_403_210.0, 431.0])
 
@@ -47,15 +46,6 @@ def as_bytes(plan: FloorPlan) -> bytes:
     return json.dumps(plan.to_geojson()).encode()
 
 
-def write(path: Path, points: np.ndarray) -> Path:
-    header = laspy.LasHeader(point_format=6, version="1.4")
-    header.scales, header.offsets = np.full(3, 0.0001), np.floor(points.min(axis=0))
-    cloud = laspy.LasData(header)
-    cloud.x, cloud.y, cloud.z = points.T
-    cloud.write(path)
-    return path
-
-
 def agrees(found: np.ndarray, truth: list[tuple[float, ...]], aside: float = 0.003, ends: float = 0.006) -> bool:
     """Whether each wall of the truth is one face, and no face is left over."""
     for x1, y1, x2, y2 in truth:
@@ -69,7 +59,7 @@ def agrees(found: np.ndarray, truth: list[tuple[float, ...]], aside: float = 0.0
 
 @pytest.mark.parametrize("preset", ["default", "paper"])
 def test_same_bytes_for_any_threads_and_order_of_files(preset: str, tmp_path: Path) -> None:
-    files = [write(tmp_path / f"{i}.las", FLAT[i::3]) for i in range(3)]
+    files = [write_las(tmp_path / f"{i}.las", FLAT[i::3]) for i in range(3)]
     parameters = Parameters.preset(preset)
     expected = as_bytes(extract_floor_plan(files, parameters, threads=1))
     for order, threads in zip(list(permutations(files))[1:4], (1, 2, 5), strict=True):
@@ -99,11 +89,9 @@ def test_a_known_flat() -> None:
 
 @pytest.mark.parametrize("degrees", [17, 45, 90, 133])
 def test_turning_the_cloud_turns_the_plan(degrees: float) -> None:
-    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    matrix = np.array([[cosine, sine], [-sine, cosine]])
-    turned = np.column_stack([FLAT[:, :2] @ matrix, FLAT[:, 2]])
-    found = segments(extract_floor_plan(evidence_from_points(turned)))
-    assert agrees((found.reshape(-1, 2) @ matrix.T).reshape(-1, 4), WALLS)
+    found = segments(extract_floor_plan(evidence_from_points(turned(FLAT, degrees)))).reshape(-1, 2)
+    back = turned(np.column_stack([found, np.zeros(len(found))]), -degrees)[:, :2]
+    assert agrees(back.reshape(-1, 4), WALLS)
 
 
 @pytest.mark.parametrize(

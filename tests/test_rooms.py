@@ -14,7 +14,7 @@ from asbuilt.plan import Point, Room, Storey, Wall
 from asbuilt.profiles import storey_voxels
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
 from asbuilt.storeys import find_storeys
-from rooms import box, box_room, evidence, level, noisy, wall, walls, without
+from rooms import box, box_room, evidence, level, noisy, turned, wall, walls, without
 
 Array = NDArray[np.float64]
 LEVEL = 0.003
@@ -33,13 +33,6 @@ def two_rooms(x0: float, x1: float, head: float) -> Array:
     return np.concatenate(
         [points, *lintel, level(x0, 3, x1, 3.2, 0), *(wall((x, 3), (x, 3.2), 0, head) for x in (x0, x1))]
     )
-
-
-def turned(points: Array, degrees: float, shift: Array) -> Array:
-    """The points turned about the origin and moved."""
-    cos, sin = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    moved: Array = points @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) + shift
-    return moved
 
 
 def overlap(room: Room, ring: Sequence[Point]) -> float:

@@ -13,7 +13,7 @@ import asbuilt
 import buildings
 import rooms
 from asbuilt.plan import Stair
-from asbuilt.profiles import StoreyVoxels, storey_voxels
+from asbuilt.profiles import StoreyVoxels
 from asbuilt.stairs import find_stairs
 
 Array = NDArray[np.float64]
@@ -43,12 +43,6 @@ def spiral(x: float, y: float, radius: float = 0.9, rise: float = 0.19, count: i
     return np.concatenate(parts)
 
 
-def voxels_of(*parts: Array) -> StoreyVoxels:
-    evidence = rooms.evidence(*parts)
-    (level,) = asbuilt.find_storeys(evidence)
-    return storey_voxels(evidence, level, None)
-
-
 def room_with(part: Array) -> Array:
     """The room with something in it, over which the ceiling is open."""
     low, high = part[:, :2].min(axis=0), part[:, :2].max(axis=0)
@@ -57,7 +51,7 @@ def room_with(part: Array) -> Array:
 
 def found(part: Array) -> tuple[Stair, ...]:
     """The stairs in the room with something in it."""
-    return find_stairs(voxels_of(room_with(part)), 0)
+    return find_stairs(rooms.voxels_of(room_with(part)), 0)
 
 
 def test_a_straight_flight() -> None:
@@ -82,10 +76,8 @@ def test_it_goes_up_where_it_goes_up() -> None:
 
 @pytest.mark.parametrize("degrees", [17.0, 45.0, 120.0])
 def test_at_any_angle(degrees: float) -> None:
-    cos, sin = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
-    turn = np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
-    (stair,) = find_stairs(voxels_of(room_with(flight(2.0, 3.0)) @ turn), 0)
-    middle = np.array([4.1, 3.5, 0]) @ turn
+    (stair,) = find_stairs(rooms.voxels_of(rooms.turned(room_with(flight(2.0, 3.0)), degrees)), 0)
+    middle = rooms.turned(np.array([4.1, 3.5, 0]), degrees)
     assert Polygon(stair.ring).contains(Point(middle[:2]))
     assert Polygon(stair.ring).area == pytest.approx(4.2, rel=0.1)
 

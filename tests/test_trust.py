@@ -15,7 +15,6 @@ from asbuilt.elevations import draw_elevations
 from asbuilt.evaluate.faces import reliability
 from asbuilt.faces import Face, measure_faces
 from asbuilt.plan import Column, Door, Room, Stair, Storey, Wall, WallFace
-from asbuilt.profiles import storey_voxels
 from asbuilt.trust import FEATURES, MODEL, Looks, chance, look_at, position_sigma, trust_elements, trust_faces
 
 Array = NDArray[np.float64]
@@ -23,9 +22,7 @@ Array = NDArray[np.float64]
 
 def looks_at(points: Array, *segments: tuple[float, float, float, float]) -> tuple[Looks, tuple[WallFace, ...]]:
     """What the points of a room show of faces along segments, each face with its room on the left."""
-    evidence = rooms.evidence(points)
-    (level,) = asbuilt.find_storeys(evidence)
-    voxels = storey_voxels(evidence, level, None)
+    voxels = rooms.voxels_of(points)
     lines = np.array(segments) - np.tile(voxels.origin, 2)
     elevations = draw_elevations(lines, np.zeros(len(lines), dtype=np.bool_), voxels)
     faces = [Face(i, line[:2], line[2:], 5.0) for i, line in enumerate(lines)]
@@ -92,9 +89,7 @@ def test_without_voxels_there_is_no_sigma() -> None:
 
 
 def test_no_faces() -> None:
-    evidence = rooms.evidence(ROOM)
-    (level,) = asbuilt.find_storeys(evidence)
-    voxels = storey_voxels(evidence, level, None)
+    voxels = rooms.voxels_of(ROOM)
     elevations = draw_elevations(np.array([SOUTH]), np.zeros(1, dtype=np.bool_), voxels)
     assert trust_faces((), (), elevations, voxels) == ()
 

@@ -5,26 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from asbuilt.params import Parameters, WallParameters
-from asbuilt.profiles import StoreyVoxels, columns, storey_voxels
-from asbuilt.storeys import find_storeys
+from asbuilt.params import WallParameters
+from asbuilt.profiles import StoreyVoxels, columns
 from asbuilt.wall_lines import find_wall_lines, fit_lines, join_collinear
-from rooms import box_room, evidence, without
+from rooms import box_room, turned, voxels_of, without
 
 WALLS = WallParameters()
 
 
 def lines_of(*parts: np.ndarray) -> np.ndarray:
     """The lines of a one-storey cloud, in its own frame."""
-    cloud = evidence(*parts)
-    (level,) = find_storeys(cloud, Parameters().storeys)
-    voxels: StoreyVoxels = storey_voxels(cloud, level, None)
+    voxels = voxels_of(*parts)
     return find_wall_lines(columns(voxels), voxels, WALLS) + np.tile(voxels.origin, 2)
-
-
-def turned(points: np.ndarray, degrees: float) -> np.ndarray:
-    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return points @ np.array([[cosine, sine, 0], [-sine, cosine, 0], [0, 0, 1]])
 
 
 @pytest.mark.parametrize("degrees", [0.0, 17.0, 45.0, 88.0])
