@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt.elevations import BoolArray
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Column
 from asbuilt.profiles import StoreyVoxels
 

@@ -7,17 +7,16 @@ with the least clutter, so the paper takes the lowest N of them.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt.errors import ParameterError
-from asbuilt.grid import IntArray
+from asbuilt.grid import BoolArray, IntArray
 from asbuilt.params import CrossSectionParameters
 from asbuilt.storeys import Level
 
 
 def select_cross_sections(
     occupied: IntArray, voxel: float, level: Level, slab: float, parameters: CrossSectionParameters | None = None
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Which occupied voxels (n, 3) of side `voxel` (m) take part: a mask (n,).
 
     Voxels within `slab` (m) of the storey's floor or ceiling, or beyond, are its floor and ceiling (section 3.1) and

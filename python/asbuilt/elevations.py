@@ -12,13 +12,10 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt import _core
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.profiles import StoreyVoxels
-
-BoolArray = NDArray[np.bool_]
 
 MARGIN = 2.0
 """An elevation goes on beyond the ends of its line, m."""

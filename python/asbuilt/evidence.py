@@ -14,11 +14,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt import _core
 from asbuilt.errors import InputError, ParameterError
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.params import EvidenceParameters
 from asbuilt.provenance import Provenance
 from asbuilt.read import PathLike
@@ -181,7 +180,7 @@ def count_rows(index: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     return np.column_stack([x, y, z]) + low, inverse, counts
 
 
-def rows_in(index: IntArray, among: IntArray) -> NDArray[np.bool_]:
+def rows_in(index: IntArray, among: IntArray) -> BoolArray:
     """Which rows of (n, 3) integer indices are also rows of `among` (m, 3)."""
     if len(index) == 0 or len(among) == 0:
         return np.zeros(len(index), dtype=np.bool_)

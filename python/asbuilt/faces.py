@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.elevations import ON_PLANE, BoolArray, Elevations, close_gaps, smooth
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.elevations import ON_PLANE, Elevations, close_gaps, smooth
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.params import WallParameters
 from asbuilt.plan import WallFace
 from asbuilt.profiles import StoreyVoxels

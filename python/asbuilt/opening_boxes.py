@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from asbuilt.grid import FloatArray
+from asbuilt.grid import BoolArray, FloatArray
 from asbuilt.wall_sides import LOWEST, PLANE, WallSides, close_cells
-
-BoolArray = NDArray[np.bool_]
 
 DOOR_WIDTH = (0.5, 3.0)
 """Doors are this wide, m."""

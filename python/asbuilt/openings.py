@@ -13,19 +13,16 @@ from itertools import pairwise
 from typing import Literal, TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt import _core
 from asbuilt.elevations import Elevations
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.leaves import Leaf, find_leaves
 from asbuilt.opening_boxes import DOOR_WIDTH, SILL, WINDOW_SIZE, Box, Rim, find_boxes, look_behind, measure_rim
 from asbuilt.plan import Door, DoorState, Opening, Point, UnknownOpening, Window
 from asbuilt.profiles import StoreyVoxels
 from asbuilt.wall_sides import LOWEST, PLANE, WallSides, unroll_sides
-
-BoolArray = NDArray[np.bool_]
 
 _DOOR_HEIGHT = 1.75
 """Doors are at least this high, m."""
@@ -107,6 +104,22 @@ class Hole:
     sure: tuple[bool, bool]
     start: FloatArray
     end: FloatArray
+
+    @property
+    def length(self) -> float:
+        """From jamb to jamb, m."""
+        return float(np.hypot(*(self.end - self.start)))
+
+    @property
+    def along(self) -> FloatArray:
+        """Unit vector (2,) from start to end."""
+        return (self.end - self.start) / max(self.length, 1e-12)
+
+    @property
+    def normal(self) -> FloatArray:
+        """Unit vector (2,) towards the room that shows it."""
+        along = self.along
+        return np.array([-along[1], along[0]])
 
 
 def find_openings(
@@ -346,23 +359,22 @@ def pair_holes(holes: list[Hole]) -> list[list[Hole]]:
 
 def _facing(a: Hole, b: Hole) -> float:
     """Cosine of the angle between two holes: -1 where they look away from each other."""
-    along, back = a.end - a.start, b.end - b.start
-    return float(along @ back) / max(float(np.hypot(*along) * np.hypot(*back)), 1e-12)
+    return float(a.along @ b.along)
 
 
 def _are_one(a: Hole, b: Hole) -> bool:
     """Whether two holes are in one wall, at the same place."""
     if math.dist(a.start.tolist(), b.start.tolist()) > 2 * DOOR_WIDTH[1] or abs(_facing(a, b)) < 0.96:
         return False
-    length = float(np.hypot(*(a.end - a.start)))
-    along = (a.end - a.start) / max(length, 1e-12)
     relative = np.array([b.start, b.end]) - a.start
-    low, high = np.sort(relative @ along)
-    behind = -(relative @ np.array([-along[1], along[0]]))
+    low, high = np.sort(relative @ a.along)
+    behind = -(relative @ a.normal)
     apart = (behind.min(), behind.max()) if _facing(a, b) < 0 else (0.0, np.abs(behind).max() * 2)
-    overlap = min(high, length) - max(low, 0.0)
+    overlap = min(high, a.length) - max(low, 0.0)
     lower, upper = max(a.sill, b.sill), min(a.head, b.head)
-    return bool(overlap > 0.5 * min(high - low, length) and apart[0] > -0.05 and apart[1] < _THICKEST and upper > lower)
+    return bool(
+        overlap > 0.5 * min(high - low, a.length) and apart[0] > -0.05 and apart[1] < _THICKEST and upper > lower
+    )
 
 
 def find_unknown(sides: WallSides, holes: list[Hole]) -> list[FloatArray]:
@@ -434,8 +446,7 @@ def _hung(hole: Hole, leaf: Leaf | None) -> Hung:
 def _line(pair: list[Hole]) -> tuple[FloatArray, FloatArray]:
     """Where an opening starts and ends, (2,) each: on the wall's centreline, or on the one plane that was seen."""
     best = pair[0]
-    way = (best.end - best.start) / max(float(np.hypot(*(best.end - best.start))), 1e-12)
-    normal = np.array([-way[1], way[0]])
+    way, normal = best.along, best.normal
     if len(pair) == 1:
         shift = -0.5 * (best.twin or 0.0) * normal
         return best.start + shift, best.end + shift

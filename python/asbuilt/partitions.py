@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.elevations import BoolArray
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.profiles import StoreyVoxels
 
 _MIN_LENGTH = 1.5

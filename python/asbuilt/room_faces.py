@@ -12,12 +12,11 @@ from itertools import pairwise
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
 from asbuilt import _core
 from asbuilt.elevations import MARGIN, Elevations
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray
+from asbuilt.grid import BoolArray, FloatArray
 from asbuilt.plan import Opening
 from asbuilt.profiles import StoreyVoxels
 
@@ -115,15 +114,15 @@ def draw_room_faces(
     return [faces[i] for i in rest] + drawn
 
 
-def _is_clutter(tips: FloatArray, rooms: Sequence[shapely.Polygon]) -> NDArray[np.bool_]:
+def _is_clutter(tips: FloatArray, rooms: Sequence[shapely.Polygon]) -> BoolArray:
     """Which short faces (n, 2, 2) stand within a room and on none of its sides."""
     inner = shapely.union_all([room.buffer(-2 * _ON_SIDE) for room in rooms])
     short = np.hypot(*(tips[:, 1] - tips[:, 0]).T) < _ALONE[0]
-    within: NDArray[np.bool_] = short & shapely.covers(inner, shapely.linestrings(tips))
+    within: BoolArray = short & shapely.covers(inner, shapely.linestrings(tips))
     return within
 
 
-def _is_double(tips: FloatArray, sides: Sequence[_Side]) -> NDArray[np.bool_]:
+def _is_double(tips: FloatArray, sides: Sequence[_Side]) -> BoolArray:
     """Which faces (n, 2, 2) stand close before or behind a side of a room and look the same way."""
     double = np.zeros(len(tips), dtype=np.bool_)
     for side in sides:

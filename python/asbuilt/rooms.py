@@ -16,9 +16,9 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt import _core
-from asbuilt.elevations import ON_PLANE, BoolArray, ceiling_heights
+from asbuilt.elevations import ON_PLANE, ceiling_heights
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Opening, Point, Room, Wall
 from asbuilt.profiles import StoreyVoxels
 from asbuilt.storeys import Level

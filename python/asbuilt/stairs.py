@@ -13,8 +13,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from asbuilt.elevations import BoolArray
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Stair
 from asbuilt.profiles import StoreyVoxels
 

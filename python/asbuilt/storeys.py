@@ -11,10 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt.evidence import Evidence, count_rows, rows_in
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.params import StoreyParameters
 
 _RUN_GAPS = (1, 3)
@@ -136,7 +135,7 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
 
 
 def _find_floors(
-    occupied: IntArray, stood_on: NDArray[np.bool_], covered: NDArray[np.bool_], gap: int, parameters: StoreyParameters
+    occupied: IntArray, stood_on: BoolArray, covered: BoolArray, gap: int, parameters: StoreyParameters
 ) -> list[int]:
     """Heights of the floors, in voxels above the lowest, lowest first."""
     from scipy import ndimage  # heavy: help and errors do not wait for it
@@ -178,7 +177,7 @@ def _runs(occupied: IntArray, gap: int) -> tuple[IntArray, IntArray]:
     return first, occupied[last, 2] - occupied[first, 2] + 1
 
 
-def _enclosed(cells: IntArray, tall: IntArray, reach: int) -> NDArray[np.bool_]:
+def _enclosed(cells: IntArray, tall: IntArray, reach: int) -> BoolArray:
     """Which cells (n, 2) have one of the `tall` cells (m, 2) within `reach` on each of their four sides.
 
     So the floor of a room without a ceiling is told from the ground outside.
@@ -225,7 +224,7 @@ def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: f
 def _ceiling_height(
     occupied: IntArray,
     gap: IntArray,
-    stood_on: NDArray[np.bool_],
+    stood_on: BoolArray,
     floor: float,
     above: float | None,
     voxel: float,

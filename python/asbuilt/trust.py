@@ -19,9 +19,9 @@ from typing import TypeVar
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.elevations import MARGIN, ON_PLANE, BoolArray, Elevations
+from asbuilt.elevations import MARGIN, ON_PLANE, Elevations
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Column, Opening, Room, Stair, Storey, Wall, WallFace
 from asbuilt.profiles import StoreyVoxels
 

@@ -12,15 +12,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from asbuilt import _core
 from asbuilt.elevations import Elevations, ceiling_heights, smooth_rows
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray, IntArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.profiles import StoreyVoxels
-
-BoolArray = NDArray[np.bool_]
 
 PLANE = 0.022
 """Voxels whose mean lies this near are on the plane, m."""
