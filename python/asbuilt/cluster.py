@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 from asbuilt import _core
 from asbuilt.errors import AsBuiltError, InputError, MissingExtraError, ParameterError
 from asbuilt.evidence import Evidence
-from asbuilt.gather import ScanFile, agree, core_options, finish, load_stored, scan_files
+from asbuilt.gather import ScanFile, begin, core_options, finish
 from asbuilt.params import EvidenceParameters
-from asbuilt.provenance import Provenance
 from asbuilt.read import PointCloud
 
 if TYPE_CHECKING:
@@ -56,12 +55,7 @@ def gather_evidence_on_cluster(
     ParameterError : no scheduler or no worker answers, or a worker runs another version of asbuilt.
     MissingExtraError : dask is not installed.
     """
-    stored, errors = load_stored(cloud)
-    parameters = agree(parameters or EvidenceParameters(), cloud, stored)
-    scans = scan_files(cloud, parameters)
-    if errors and not skip_bad:
-        raise errors[0]
-    Provenance.of_all([*(evidence.provenance for evidence in stored), *(scan.provenance for scan in scans)])
+    parameters, stored, scans, errors = begin(cloud, parameters, skip_bad)
     if scans:
         with _connect(address) as client, client.as_current():
             stored.append(_run(client, scans, core_options(cloud, parameters), progress, skip_bad))

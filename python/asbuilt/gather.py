@@ -43,14 +43,7 @@ def gather_evidence(
     ParameterError : evidence files of another voxel than asked for, or with a unit or an upward axis.
     OutputError : `resume` cannot be written to.
     """
-    stored, errors = load_stored(cloud)
-    parameters = agree(parameters or EvidenceParameters(), cloud, stored)
-    scans = scan_files(cloud, parameters)
-    if errors and not skip_bad:
-        raise errors[0]
-    # Before hours are spent on reading: the same file must not come twice.
-    Provenance.of_all([*(evidence.provenance for evidence in stored), *(scan.provenance for scan in scans)])
-
+    parameters, stored, scans, errors = begin(cloud, parameters, skip_bad)
     # A file alone is done when all is done.
     folder = None if resume is None or len(scans) < 2 else _make_folder(Path(resume))
     known = [] if folder is None else [scan for scan in scans if scan.part(folder).exists()]
@@ -123,7 +116,27 @@ class ScanFile:
         return Evidence(core, dataclasses.replace(self.provenance, skipped=tuple(sorted(skipped))))
 
 
-def scan_files(cloud: PointCloud, parameters: EvidenceParameters) -> list[ScanFile]:
+def begin(
+    cloud: PointCloud, parameters: EvidenceParameters | None, skip_bad: bool
+) -> tuple[EvidenceParameters, list[Evidence], list[ScanFile], list[InputError]]:
+    """What is known before any point is read: parameters that all agree on, stored evidence, files to read, bad files.
+
+    Raises
+    ------
+    InputError : a file is bad, unless `skip_bad`; or comes twice.
+    ParameterError : see `gather_evidence`.
+    """
+    stored, errors = _load_stored(cloud)
+    parameters = _agree(parameters or EvidenceParameters(), cloud, stored)
+    scans = _scan_files(cloud, parameters)
+    if errors and not skip_bad:
+        raise errors[0]
+    # before hours are spent on reading: the same file must not come twice
+    Provenance.of_all([*(evidence.provenance for evidence in stored), *(scan.provenance for scan in scans)])
+    return parameters, stored, scans, errors
+
+
+def _scan_files(cloud: PointCloud, parameters: EvidenceParameters) -> list[ScanFile]:
     """The files of points of a cloud that can be read."""
     found = []
     for file in cloud.files:
@@ -141,7 +154,7 @@ def scan_files(cloud: PointCloud, parameters: EvidenceParameters) -> list[ScanFi
     return found
 
 
-def load_stored(cloud: PointCloud) -> tuple[list[Evidence], list[InputError]]:
+def _load_stored(cloud: PointCloud) -> tuple[list[Evidence], list[InputError]]:
     """The evidence files of a cloud, and what is wrong with files so far."""
     stored, errors = [], [file.error for file in cloud.files if file.error is not None]
     for file in cloud.files:
@@ -153,7 +166,7 @@ def load_stored(cloud: PointCloud) -> tuple[list[Evidence], list[InputError]]:
     return stored, errors
 
 
-def agree(parameters: EvidenceParameters, cloud: PointCloud, stored: Sequence[Evidence]) -> EvidenceParameters:
+def _agree(parameters: EvidenceParameters, cloud: PointCloud, stored: Sequence[Evidence]) -> EvidenceParameters:
     """Parameters that suit the evidence files: their voxel, and what they keep.
 
     Raises

@@ -94,11 +94,9 @@ class PointCloud:
 
     def __iter__(self) -> Iterator[FloatArray]:
         """The points, m, z up, in batches of shape (n, 3)."""
-        columns = [abs(axis) - 1 for axis in self.axes]
-        factors = self.unit * np.sign(self.axes)
         for file in self.files:
             for points, _ in _core.PointReader(file.path):
-                yield points[:, columns] * factors
+                yield np.column_stack(self.to_metres(*points.T))
 
     def to_metres(self, x: FloatArray, y: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Coordinates of the files as x, y, z in metres, z up."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +10,7 @@ import typer
 
 from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
 from asbuilt.errors import OutputError
+from asbuilt.export.atomic import check_place
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
@@ -129,12 +129,7 @@ def _check_output(path: Path) -> None:
     """Before hours are spent on reading."""
     if path.suffix != ".evidence":
         raise OutputError(f"{path}: expected a name that ends in .evidence")
-    if path.is_dir():
-        raise OutputError(f"{path}: is a folder, expected a file to write to")
-    if not path.parent.is_dir():
-        raise OutputError(f"{path}: the folder {path.parent} does not exist; create it first")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise OutputError(f"{path}: no permission to write in the folder {path.parent}")
+    check_place(path)
 
 
 def _print_summary(evidence: Evidence, output: Path) -> None:

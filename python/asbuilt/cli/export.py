@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from asbuilt.cli.options import say
-from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, write_outputs
-
-#: Formats that draw the points as well, where there is evidence of them.
-_SHOW_POINTS = (".png", ".html")
+from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, check_outputs, write_outputs
 
 
 def export_command(
@@ -48,18 +45,14 @@ def export_command(
         asbuilt export plan.geojson -o plan.png --evidence school.evidence
     """
     from asbuilt.evidence import Evidence
-    from asbuilt.export import check_output
-    from asbuilt.export.sheet import SheetOptions
+    from asbuilt.export import shows_points
     from asbuilt.plan import load_plan
 
-    for path in output:
-        check_output(path)
-    options: dict[str, Any] = {"scale": scale, "sheet": sheet, "north": north, "date": date, "title": title}
-    SheetOptions(**options)  # what is wrong with them is told before anything is written
+    options = check_outputs(output, scale=scale, sheet=sheet, north=north, date=date, title=title)
     loaded = load_plan(plan)
     points = None if evidence is None else Evidence.load(evidence)
     for path in write_outputs(loaded, output, points, options):
         print(f"wrote {path}")
-    blind = [path.name for path in output if path.suffix.lower() in _SHOW_POINTS]
+    blind = [path.name for path in output if shows_points(path)]
     if blind and points is None:
         say(f"asbuilt: note: {', '.join(blind)} cannot show the scans' points: --evidence FILE has them")

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from asbuilt.errors import AsBuiltError
-from asbuilt.export import drawn_to_scale, export, known_suffixes
+from asbuilt.export import check_output, drawn_to_scale, export, known_suffixes
+from asbuilt.export.sheet import SheetOptions
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
@@ -61,6 +62,14 @@ Title = Annotated[
     str | None,
     typer.Option(metavar="TEXT", help="Project in the title block.", show_default=False, rich_help_panel=_PANEL),
 ]
+
+
+def check_outputs(outputs: Sequence[Path], **options: Any) -> dict[str, Any]:
+    """The options of drawings to scale; what is wrong with them or with an output is told before any work."""
+    for path in outputs:
+        check_output(path)
+    SheetOptions(**options)
+    return options
 
 
 def write_outputs(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
-from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, write_outputs
+from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, check_outputs, write_outputs
 from asbuilt.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -99,13 +99,7 @@ def plan_command(
 
     Exit codes: 0 done, 1 nothing found (the files are written), 2 error, 3 done but --skip-bad left files out.
     """
-    from asbuilt.export import check_output
-    from asbuilt.export.sheet import SheetOptions
-
-    for path in output:
-        check_output(path)
-    options: dict[str, Any] = {"scale": scale, "sheet": sheet, "north": north, "date": date, "title": title}
-    SheetOptions(**options)
+    options = check_outputs(output, scale=scale, sheet=sheet, north=north, date=date, title=title)
     if band is not None and cross_sections is None:
         cross_sections = "band"
     changes: dict[str, dict[str, Any]] = {

@@ -15,6 +15,21 @@ _FULL = 2**16
 """Bytes left on a disk that is full: less than any library asks for at once."""
 
 
+def check_place(path: Path) -> None:
+    """Find out before any work whether a file could be written at `path`.
+
+    Raises
+    ------
+    OutputError : the folder is missing or may not be written to, or `path` is a folder.
+    """
+    if path.is_dir():
+        raise OutputError(f"{path}: is a folder, expected a file to write to")
+    if not path.parent.is_dir():
+        raise OutputError(f"{path}: the folder {path.parent} does not exist; create it first")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        raise OutputError(f"{path}: no permission to write in the folder {path.parent}")
+
+
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Give a temporary path to write to; when the block ends well, it takes the place of `path`.

@@ -9,7 +9,7 @@ import csv
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from asbuilt.export.schedules import schedules
+from asbuilt.export.schedules import schedule
 from asbuilt.plan import FloorPlan
 
 if TYPE_CHECKING:
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 def write(plan: FloorPlan, part: str, path: Path, evidence: Evidence | None = None) -> None:
     """Write the schedule called `part` ("rooms", "doors" or "windows")."""
-    schedule = schedules(plan)[part]
+    found = schedule(plan, part)
     with path.open("w", encoding="utf-8", newline="") as stream:
         table = csv.writer(stream)
-        table.writerow(schedule.headers)
-        table.writerows(schedule.rows)
+        table.writerow(found.headers)
+        table.writerows(found.rows)

@@ -20,7 +20,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
-from asbuilt.export.marks import DIMENSION_TEXT, Dimension, text_width
+from asbuilt.export.marks import DIMENSION_TEXT, Dimension, Text, text_width
 from asbuilt.export.symbols import polygons
 from asbuilt.plan import Point, Storey, Wall, WallFace
 
@@ -29,6 +29,8 @@ _FIRST = 9.0
 _STEP = 7.0
 RAISED = 1.3
 """By how much a number is raised, in heights of text."""
+_OVER_LINE = 0.7
+"""From the line to the number over it, mm of paper."""
 _SAME = 0.02
 """Stations nearer to each other are one, m."""
 _GAP = 0.3
@@ -191,6 +193,16 @@ def dimension_line(dimension: Dimension) -> tuple[Point, Point]:
     nx, ny = -(y2 - y1) / length, (x2 - x1) / length
     out = (xb - x1) * nx + (yb - y1) * ny
     return (x1 + out * nx, y1 + out * ny), (x2 + out * nx, y2 + out * ny)
+
+
+def dimension_number(dimension: Dimension, metre: float) -> Text:
+    """The distance as it stands over its line, on paper where a metre takes `metre` mm."""
+    (x1, y1), (x2, y2) = dimension_line(dimension)
+    angle = math.atan2(y2 - y1, x2 - x1)
+    up = (_OVER_LINE + RAISED * DIMENSION_TEXT * dimension.level) / metre
+    at = (x1 + x2) / 2 - math.sin(angle) * up, (y1 + y2) / 2 + math.cos(angle) * up
+    text = dimension_text(math.dist(dimension.start, dimension.end))
+    return Text(at, text, DIMENSION_TEXT, "centre", angle, layer=dimension.layer)
 
 
 def dimension_text(distance: float) -> str:

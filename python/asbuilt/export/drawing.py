@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from asbuilt.errors import ParameterError
@@ -79,11 +78,16 @@ def make_drawing(plan: FloorPlan, options: SheetOptions, fitted: bool = False) -
     ------
     ParameterError : the drawing does not fit the sheet; the message says which scale or which sheet would.
     """
+    plain = [tuple(storey_marks(storey)) for storey in plan]
     found: dict[float, tuple[tuple[Storey, tuple[Mark, ...]], ...]] = {}
 
     def bounds(scale: float) -> Bounds:
-        if scale not in found:  # marks depend on the scale: text has its height on paper
-            found[scale] = tuple((storey, annotated(storey, scale)) for storey in plan)
+        if scale not in found:  # tags and dimensions depend on the scale: text has its height on paper
+            metre = 1000.0 / scale
+            found[scale] = tuple(
+                (storey, (*drawn, *room_tags(storey, metre), *dimensions(storey, metre)))
+                for storey, drawn in zip(plan, plain, strict=True)
+            )
         return _bounds([mark for _, of_storey in found[scale] for mark in of_storey], scale)
 
     def extent(scale: float) -> Size:
@@ -100,26 +104,14 @@ def make_drawing(plan: FloorPlan, options: SheetOptions, fitted: bool = False) -
     return Drawing(plan, options, sheet, bounds(sheet.scale), found[sheet.scale])
 
 
-def annotated(storey: Storey, scale: float) -> tuple[Mark, ...]:
-    """The marks of a storey's elements, its room tags and its dimensions."""
-    metre = 1000.0 / scale
-    return (*storey_marks(storey), *room_tags(storey, metre), *dimensions(storey, metre))
-
-
 def _bounds(found: list[Mark], scale: float) -> Bounds:
     """What marks cover, m; a metre square about the origin for none."""
     points: list[Point] = []
     for mark in found:
-        if isinstance(mark, Stroke) and mark.layer.shown:
+        if isinstance(mark, Stroke | Arc) and mark.layer.shown:
             points += mark.points
         elif isinstance(mark, Fill):
             points += mark.rings[0]
-        elif isinstance(mark, Arc):
-            turns = [mark.start, mark.end] if mark.end is not None else [i * math.pi / 2 for i in range(4)]
-            points += [
-                (mark.centre[0] + mark.radius * math.cos(turn), mark.centre[1] + mark.radius * math.sin(turn))
-                for turn in turns
-            ]
         elif isinstance(mark, Dimension):
             around = (_AROUND_DIMENSIONS + RAISED * DIMENSION_TEXT * mark.level) * scale / 1000
             points += [

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 import re
 
-import shapely
-from shapely.geometry import shape
-
 from asbuilt.export.ifc_file import IfcFile
+from asbuilt.export.sheet import plan_bounds
 from asbuilt.plan import FloorPlan, Point
 
 #: Coordinates up to this are written as they are, m; farther out, viewers that count in single precision shake.
@@ -25,11 +23,8 @@ def model_origin(plan: FloorPlan) -> Point:
     It is (0, 0) where all coordinates are small, and for a plan that holds nothing; else the corner to the south-west
     of everything, at whole kilometres, so that a storey drawn alone gets the same.
     """
-    drawn = [shape(feature["geometry"]) for feature in plan.to_geojson()["features"] if feature["geometry"] is not None]
-    if not drawn:
-        return 0.0, 0.0
-    bounds = shapely.total_bounds(drawn).tolist()
-    if max(map(abs, bounds)) <= NEAR:
+    bounds = plan_bounds(plan)
+    if bounds is None or max(map(abs, bounds)) <= NEAR:
         return 0.0, 0.0
     return math.floor(bounds[0] / STEP) * STEP, math.floor(bounds[1] / STEP) * STEP
 

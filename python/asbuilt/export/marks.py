@@ -8,6 +8,7 @@ so all drawings show the same.
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
@@ -102,6 +103,15 @@ class Arc(_Mark):
     start: float = 0.0
     end: float | None = None
 
+    @property
+    def points(self) -> Ring:
+        """Points along it, about 7.5 degrees apart; of a circle the first does not stand again as the last."""
+        turn = (math.tau if self.end is None else self.end) - self.start
+        steps = max(round(turn / math.radians(7.5)), 1)
+        turns = [self.start + turn * i / steps for i in range(steps + (self.end is not None))]
+        (x, y), radius = self.centre, self.radius
+        return tuple((x + radius * math.cos(angle), y + radius * math.sin(angle)) for angle in turns)
+
 
 @dataclass(frozen=True)
 class Fill(_Mark):
@@ -141,13 +151,11 @@ class Tag(_Mark):
 
     def texts(self, metre: float) -> Iterator[Text]:
         """Its lines from the top down, on paper where a metre takes `metre` mm."""
-        from math import cos, sin
-
-        total = tag_height(self.lines)
-        v = total / 2
+        sin, cos = math.sin(self.rotation), math.cos(self.rotation)
+        v = tag_height(self.lines) / 2
         for line in self.lines:
             v -= line.height
-            at = (self.at[0] - sin(self.rotation) * v / metre, self.at[1] + cos(self.rotation) * v / metre)
+            at = (self.at[0] - sin * v / metre, self.at[1] + cos * v / metre)
             bold = line is self.lines[0]
             yield Text(at, line.text, line.height, "centre", self.rotation, bold, layer=self.layer, id=self.id)
             v -= _LEADING * line.height

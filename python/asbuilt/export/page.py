@@ -22,11 +22,10 @@ from matplotlib.path import Path
 from matplotlib.text import Text as TextArtist
 from matplotlib.transforms import Affine2D
 
-from asbuilt.export.dimensions import RAISED, dimension_line, dimension_text
+from asbuilt.export.dimensions import dimension_line, dimension_number
 from asbuilt.export.drawing import Drawing
 from asbuilt.export.marks import (
     CAP_HEIGHT,
-    DIMENSION_TEXT,
     STOREY_LAYERS,
     Arc,
     Dimension,
@@ -138,7 +137,7 @@ def _artists(mark: Mark, place: Place, metre: float, ink: str) -> Iterable[Artis
         return [_text(mark, place, ink)]
     if isinstance(mark, Tag):
         return [_text(text, place, ink) for text in mark.texts(metre)]
-    return _dimension(mark, place, ink)
+    return _dimension(mark, place, metre, ink)
 
 
 def _line(points: list[Point], layer: Layer, ink: str, closed: bool = False) -> PathPatch:
@@ -184,7 +183,7 @@ def _text(text: Text, place: Place, ink: str) -> TextArtist:
     )
 
 
-def _dimension(dimension: Dimension, place: Place, ink: str) -> Iterator[Artist]:
+def _dimension(dimension: Dimension, place: Place, metre: float, ink: str) -> Iterator[Artist]:
     """A line with slanted ticks and the distance on it."""
     (u1, v1), (u2, v2) = (place(end) for end in dimension_line(dimension))
     angle = math.atan2(v2 - v1, u2 - u1)
@@ -195,10 +194,7 @@ def _dimension(dimension: Dimension, place: Place, ink: str) -> Iterator[Artist]
         across, slant = (-1.5 * _TICK * sin, 1.5 * _TICK * cos), (0.7 * _TICK * (cos - sin), 0.7 * _TICK * (sin + cos))
         for (du, dv), pen in ((across, layer), (slant, bold)):
             yield _line([(u - du, v - dv), (u + du, v + dv)], pen, ink)
-    up = 0.7 + RAISED * DIMENSION_TEXT * dimension.level
-    at = ((u1 + u2) / 2 - sin * up, (v1 + v2) / 2 + cos * up)
-    number = dimension_text(math.dist(dimension.start, dimension.end))
-    yield _text(Text(at, number, DIMENSION_TEXT, "centre", angle, layer=layer), lambda point: point, ink)
+    yield _text(dimension_number(dimension, metre), place, ink)
 
 
 @contextlib.contextmanager

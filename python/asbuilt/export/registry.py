@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from asbuilt.errors import OutputError
-from asbuilt.export.atomic import replacing
+from asbuilt.export.atomic import check_place, replacing
 from asbuilt.plan import FloorPlan
 
 if TYPE_CHECKING:
@@ -33,6 +33,7 @@ class _Format:
     module: str
     per_storey: bool = False
     to_scale: bool = False
+    shows_points: bool = False
     parts: tuple[str, ...] = ()
 
     @property
@@ -56,8 +57,13 @@ _FORMATS = {
         "Scan-to-BIM challenge, floor plan, one file a storey", "asbuilt.export.challenge_2d", per_storey=True
     ),
     ".3d.json": _Format("Scan-to-BIM challenge, building model", "asbuilt.export.challenge_3d"),
-    ".html": _Format("report: plan, schedules, registration, in one file", "asbuilt.report.html"),
-    ".png": _Format("picture over the density of the points, one file a storey", "asbuilt.export.png", per_storey=True),
+    ".html": _Format("report: plan, schedules, registration, in one file", "asbuilt.report.html", shows_points=True),
+    ".png": _Format(
+        "picture over the density of the points, one file a storey",
+        "asbuilt.export.png",
+        per_storey=True,
+        shows_points=True,
+    ),
 }
 
 
@@ -71,6 +77,11 @@ def drawn_to_scale(path: str | os.PathLike[str]) -> bool:
     return _format(Path(path)).to_scale
 
 
+def shows_points(path: str | os.PathLike[str]) -> bool:
+    """Whether the format that the suffix of `path` names shows the points as well, where there is evidence of them."""
+    return _format(Path(path)).shows_points
+
+
 def check_output(path: str | os.PathLike[str]) -> None:
     """Find out before any work whether `export` could write to `path`.
 
@@ -81,12 +92,7 @@ def check_output(path: str | os.PathLike[str]) -> None:
     """
     path = Path(path)
     _ = _format(path).write  # imported now, for what it lacks must be told before hours of reading
-    if path.is_dir():
-        raise OutputError(f"{path}: is a folder, expected a file to write to")
-    if not path.parent.is_dir():
-        raise OutputError(f"{path}: the folder {path.parent} does not exist; create it first")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise OutputError(f"{path}: no permission to write in the folder {path.parent}")
+    check_place(path)
 
 
 def export(

@@ -6,6 +6,7 @@ a window whose sill was hidden has no sill.
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -30,11 +31,12 @@ class Schedule:
 
 def schedules(plan: FloorPlan) -> dict[str, Schedule]:
     """The schedules of a plan by name: rooms, doors, windows, walls; without rows where the plan has none."""
-    tables = {"rooms": _ROOMS, "doors": _DOORS, "windows": _WINDOWS, "walls": _WALLS}
-    return {name: _schedule(name, plan, columns) for name, columns in tables.items()}
+    return {name: schedule(plan, name) for name in _TABLES}
 
 
-def _schedule(name: str, plan: FloorPlan, columns: _Columns) -> Schedule:
+def schedule(plan: FloorPlan, name: str) -> Schedule:
+    """One of them."""
+    columns = _TABLES[name]
     rows = (
         tuple(_rounded(column(storey, element)) for column in columns.values())
         for storey in plan
@@ -75,6 +77,7 @@ def _names(rooms: Iterable[Room]) -> str:
     return ", ".join(room.number or room.id for room in rooms)
 
 
+@functools.lru_cache(maxsize=1024)  # asked for by every opening of the storey
 def _area(room: Room) -> shapely.Polygon:
     return shapely.Polygon(room.ring, room.holes)
 
@@ -166,3 +169,4 @@ _WALLS: _Columns = {
     "rms residual (m)": lambda _, wall: wall.rms,
     **_trust(),
 }
+_TABLES: dict[str, _Columns] = {"rooms": _ROOMS, "doors": _DOORS, "windows": _WINDOWS, "walls": _WALLS}

@@ -197,14 +197,15 @@ def plan_bounds(plan: FloorPlan) -> Bounds | None:
 
     All storeys together, so that the drawings of two storeys lie over each other.
     """
-    points = [point for storey in plan for point in _storey_points(storey)]
+    points = [point for storey in plan for point in storey_points(storey)]
     if not points:
         return None
     xs, ys = zip(*points, strict=True)
     return min(xs), min(ys), max(xs), max(ys)
 
 
-def _storey_points(storey: Storey) -> list[Point]:
+def storey_points(storey: Storey) -> list[Point]:
+    """Points (m) that hold all elements of a storey; none where there is nothing."""
     lines = (*storey.wall_faces, *storey.walls, *storey.doors, *storey.windows, *storey.unknown_openings)
     points = [point for line in lines for point in (line.start, line.end)]
     rings = [wall.outline for wall in storey.walls] + [room.ring for room in storey.rooms]

@@ -56,9 +56,9 @@ class _Hole:
 
 def storey_marks(storey: Storey) -> Iterator[Mark]:
     """The marks of a storey's elements; none for an empty storey."""
-    thickness = {wall.id: wall for wall in storey.walls}
+    walls = {wall.id: wall for wall in storey.walls}
     openings = (*storey.doors, *storey.windows, *storey.unknown_openings)
-    holes = [_hole(opening, thickness.get(opening.wall or "")) for opening in openings]
+    holes = [_hole(opening, walls.get(opening.wall or "")) for opening in openings]
     if storey.outline:
         yield Stroke(storey.outline, True, layer=marks.OUTLINE)
     for room in storey.rooms:

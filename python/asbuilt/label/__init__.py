@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from asbuilt.errors import InputError, OutputError
-from asbuilt.export.atomic import replacing
+from asbuilt.export.atomic import check_place, replacing
 from asbuilt.grid import FloatArray
 from asbuilt.label.classes import PointClass
 from asbuilt.label.lookup import TOLERANCE, Labels, PlanLookup
@@ -32,12 +32,7 @@ def check_output(path: str | os.PathLike[str]) -> None:
     """
     path = Path(path)
     _writer(path)
-    if path.is_dir():
-        raise OutputError(f"{path}: is a folder, expected a file to write to")
-    if not path.parent.is_dir():
-        raise OutputError(f"{path}: the folder {path.parent} does not exist; create it first")
-    if not os.access(path.parent, os.W_OK | os.X_OK):
-        raise OutputError(f"{path}: no permission to write in the folder {path.parent}")
+    check_place(path)
 
 
 def label_cloud(

@@ -13,10 +13,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from asbuilt.export.dimensions import RAISED, dimension_line, dimension_text, dimensions
+from asbuilt.export.dimensions import dimension_line, dimension_number, dimensions
 from asbuilt.export.labels import room_tags
-from asbuilt.export.marks import CAP_HEIGHT, DIMENSION_TEXT, Arc, Dimension, Fill, Mark, Stroke, Tag, Text
-from asbuilt.export.sheet import Bounds, storey_title
+from asbuilt.export.marks import CAP_HEIGHT, Arc, Dimension, Fill, Mark, Stroke, Tag, Text
+from asbuilt.export.sheet import Bounds, storey_points, storey_title
 from asbuilt.export.symbols import storey_marks
 from asbuilt.plan import Column, Element, FloorPlan, Opening, Point, Room, Stair, Storey, Wall, WallFace
 from asbuilt.report import figures
@@ -113,21 +113,13 @@ def plan_sheet(plan: FloorPlan, pictures: Iterable[Picture | None]) -> Sheet:
 
 def _corners(storey: Storey, picture: Picture | None) -> list[Point]:
     """Points that hold all elements of a storey and its picture; none where there is nothing."""
-    found = [end for line in (*storey.wall_faces, *storey.walls) for end in (line.start, line.end)]
-    found += [point for ring in _rings(storey) for point in ring]
+    found = storey_points(storey)
     return found if picture is None else [*found, picture[1][:2], picture[1][2:]]
 
 
 def _box(points: Sequence[Point]) -> Bounds:
     xs, ys = zip(*points, strict=True)
     return min(xs), min(ys), max(xs), max(ys)
-
-
-def _rings(storey: Storey) -> list[Sequence[Point]]:
-    rings: list[Sequence[Point]] = [room.ring for room in storey.rooms]
-    rings += [column.ring for column in storey.columns]
-    rings += [stair.ring for stair in storey.stairs]
-    return [*rings, *(wall.outline for wall in storey.walls), storey.outline or ()]
 
 
 def draw_storey(
@@ -246,7 +238,7 @@ def _ink(mark: Mark, sheet: Sheet) -> Iterable[ET.Element]:
     elif isinstance(mark, Stroke):
         yield tag("path", d=sheet.path(mark.points, mark.closed), class_=f"ink line{dashed}")
     elif isinstance(mark, Arc):
-        yield tag("path", d=sheet.path(_arc(mark), mark.end is None), class_=f"ink line{dashed}")
+        yield tag("path", d=sheet.path(mark.points, mark.end is None), class_=f"ink line{dashed}")
     elif isinstance(mark, Tag):
         for text in mark.texts(sheet.metre):
             yield _text(text, sheet)
@@ -254,13 +246,6 @@ def _ink(mark: Mark, sheet: Sheet) -> Iterable[ET.Element]:
         yield _text(mark, sheet)
     elif isinstance(mark, Dimension):
         yield from _dimension(mark, sheet)
-
-
-def _arc(arc: Arc) -> list[Point]:
-    end = 2 * math.pi if arc.end is None else arc.end
-    steps = max(round((end - arc.start) / math.radians(7.5)), 1)
-    turns = [arc.start + (end - arc.start) * i / steps for i in range(steps + (arc.end is not None))]
-    return [(arc.centre[0] + arc.radius * math.cos(t), arc.centre[1] + arc.radius * math.sin(t)) for t in turns]
 
 
 def _text(text: Text, sheet: Sheet) -> ET.Element:
@@ -294,7 +279,4 @@ def _dimension(mark: Dimension, sheet: Sheet) -> Iterable[ET.Element]:
         slant = ((ux - uy) * tick, (uy + ux) * tick)
         ends = [(x - slant[0], y - slant[1]), (x + slant[0], y + slant[1])]
         yield tag("path", d=sheet.path(ends), class_="ink line")
-    up = (0.6 + RAISED * DIMENSION_TEXT * mark.level) / sheet.metre
-    at = ((x1 + x2) / 2 - uy * up, (y1 + y2) / 2 + ux * up)
-    text = dimension_text(math.hypot(mark.end[0] - mark.start[0], mark.end[1] - mark.start[1]))
-    yield _text(Text(at, text, DIMENSION_TEXT, "centre", math.atan2(uy, ux), layer=mark.layer), sheet)
+    yield _text(dimension_number(mark, sheet.metre), sheet)

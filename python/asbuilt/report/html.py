@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from asbuilt import __version__
 from asbuilt.export.sheet import storey_title
+from asbuilt.export.title_block import count
 from asbuilt.plan import FloorPlan, Storey
 from asbuilt.report import sections
 from asbuilt.report.drawing import LAYERS, Sheet, draw_storey, plan_sheet
@@ -86,8 +87,8 @@ def _title(plan: FloorPlan) -> str:
 
 def _made_by(plan: FloorPlan, evidence: Evidence | None) -> str:
     points = "" if evidence is None else f" from {evidence.points:,} points in {len(evidence.scans)} scans"
-    count = f"{len(plan.storeys)} {'storey' if len(plan.storeys) == 1 else 'storeys'}"
-    return f"As-built plan of {count}, made by asbuilt {__version__}{points}. All lengths in metres."
+    storeys = count(len(plan.storeys), "storey")
+    return f"As-built plan of {storeys}, made by asbuilt {__version__}{points}. All lengths in metres."
 
 
 def _standing(plan: FloorPlan, storey: Storey, scans: tuple[ScanOffset, ...] | None) -> list[ScanOffset]:
