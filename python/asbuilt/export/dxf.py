@@ -58,6 +58,8 @@ def write(plan: FloorPlan, path: Path, evidence: Evidence | None = None, **optio
         if len(plan.storeys) > 1:
             document.header["$TILEMODE"] = 0  # open on the first sheet: in the model storeys lie over each other
         _show_all(document, drawing)
+        for kind in sorted(document.entitydb.dxf_types_in_use()):
+            document.classes.add_class(kind)  # ezdxf itself adds them in the order of a set
         document.saveas(path)
 
 
