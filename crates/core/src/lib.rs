@@ -6,6 +6,7 @@ mod brick;
 pub mod error;
 pub mod gather;
 pub mod hough;
+mod lattice;
 pub mod neighbours;
 pub mod read;
 pub mod store;

@@ -15,7 +15,7 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
-use crate::brick::{BRICK_VOXELS, Cells, Moments};
+use crate::brick::{BRICK_VOXELS, Cells, Moments, SIDE_BITS};
 use crate::voxel::{Bricks, Evidence, Kept, ScanEvidence, Space, VOXEL_QUANTA, with_bricks};
 use crate::{Error, Result};
 
@@ -394,7 +394,7 @@ impl<R: BufRead> Reader<R> {
         kept: Kept,
     ) -> std::result::Result<u64, Wrong> {
         // Voxel indices must fit 32 bits.
-        let within = i64::from(i32::MIN >> 3)..=i64::from(i32::MAX >> 3);
+        let within = i64::from(i32::MIN >> SIDE_BITS)..=i64::from(i32::MAX >> SIDE_BITS);
         let (mut before, mut points) = ([0_i32; 3], 0_u64);
         for number in 0..self.number()? {
             let mut key = [0; 3];

@@ -7,23 +7,7 @@ use std::path::Path;
 use asbuilt_core::Error;
 use asbuilt_core::store::{from_bytes, load, save, summary, to_bytes};
 use asbuilt_core::voxel::{Evidence, Kept};
-use read_support::{scratch, write};
-
-/// A fixed sequence of numbers that look random.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn uniform(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
+use read_support::{Numbers, rounds, scratch, write};
 
 /// Points of three scans about the origin and a stray far away.
 fn evidence(kept: Kept, order: [usize; 3]) -> Evidence {
@@ -114,10 +98,9 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 #[test]
 fn hostile_files_are_evidence_or_refused() {
     let mut numbers = Numbers(7);
-    let rounds = std::env::var("FUZZ_ROUNDS").ok().and_then(|rounds| rounds.parse().ok()).unwrap_or(3_000);
     for evidence in both() {
         let bytes = to_bytes(&evidence, "about");
-        for round in 0..rounds {
+        for round in 0..rounds(3_000) {
             let mut damaged = bytes.clone();
             for _ in 0..=numbers.next() % 3 {
                 // Most in the first bytes, where counts and lengths are.

@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 use asbuilt_core::Error;
 use asbuilt_core::read::{formats, open, open_coarse};
-use read_support::{data, fixtures, read, scratch, write};
+use read_support::{Numbers, data, fixtures, read, rounds, scratch, write};
 
 /// Remembers how much was allocated at most.
 struct Counting;
@@ -53,27 +53,6 @@ fn survives(path: &Path) -> Result<usize, Error> {
     outcome
 }
 
-/// A fixed sequence of numbers that look random.
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-}
-
-/// Variants of each file: few enough for every day, or as many as `FUZZ_ROUNDS` says.
-fn rounds() -> usize {
-    std::env::var("FUZZ_ROUNDS").ok().and_then(|rounds| rounds.parse().ok()).unwrap_or(10)
-}
-
 /// Fixtures that are read in no time, so that thousands of variants can be.
 fn small_fixtures() -> impl Iterator<Item = read_support::Fixture> {
     fixtures().into_iter().filter(|fixture| !["grid", "packets"].contains(&fixture.points.as_str()))
@@ -97,9 +76,9 @@ fn truncated_files_are_refused_or_give_what_is_left() {
         let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
         let path = scratch(&format!("cut_{}", fixture.name));
         // Other places in each file: all together, every byte of the headers and many behind them.
-        let step = (200 / rounds()).max(1);
+        let step = (200 / rounds(10)).max(1);
         let cuts = (numbers.below(step)..bytes.len().min(500)).step_by(step);
-        let cuts = cuts.chain((500..bytes.len()).step_by((bytes.len() / rounds()).max(1)));
+        let cuts = cuts.chain((500..bytes.len()).step_by((bytes.len() / rounds(10)).max(1)));
         for cut in cuts {
             std::fs::write(&path, &bytes[..cut]).unwrap();
             let outcome = survives(&path);
@@ -120,7 +99,7 @@ fn flipped_bytes_do_no_harm() {
     for fixture in small_fixtures() {
         let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
         let path = scratch(&format!("flipped_{}", fixture.name));
-        for _ in 0..rounds() {
+        for _ in 0..rounds(10) {
             let mut damaged = bytes.clone();
             // Most flips in the first bytes, where headers are.
             for _ in 0..=numbers.below(4) {
@@ -147,7 +126,7 @@ fn damaged_hierarchies_do_no_harm() {
     let path = scratch("hierarchy.copc.laz");
     // The root's place stands in the first record; its entries behind the points.
     let root = u64::from_le_bytes(bytes[375 + 54 + 40..375 + 54 + 48].try_into().unwrap()) as usize;
-    for round in 0..20 * rounds() {
+    for round in 0..20 * rounds(10) {
         let mut damaged = bytes.clone();
         let place = if round % 3 > 0 { root + numbers.below(96) } else { 375 + 54 + 32 + numbers.below(24) };
         damaged[place] = [0xff, 0x80, 1, numbers.next() as u8][numbers.below(4)];
@@ -187,7 +166,7 @@ fn damaged_e57_with_right_checksums_does_no_harm() {
     for fixture in fixtures().into_iter().filter(|fixture| fixture.name.ends_with(".e57")) {
         let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
         let path = scratch(&format!("checked_{}", fixture.name));
-        for _ in 0..4 * rounds() {
+        for _ in 0..4 * rounds(10) {
             let mut damaged = bytes.clone();
             for _ in 0..=numbers.below(4) {
                 let start = if numbers.below(2) == 0 { 48 } else { 0 };

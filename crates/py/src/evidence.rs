@@ -14,6 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 
 use crate::error::{exception, to_python};
+use crate::rows::rows;
 
 /// The mergeable summary of a cloud.
 #[pyclass(frozen)]
@@ -146,11 +147,7 @@ impl Evidence {
         position: Option<[f64; 3]>,
         occupancy: bool,
     ) -> PyResult<Self> {
-        let array = points.as_array();
-        if array.ncols() != 3 {
-            return Err(PyValueError::new_err(format!("points: expected shape (n, 3), found (n, {})", array.ncols())));
-        }
-        let points: Vec<[f64; 3]> = array.rows().into_iter().map(|row| [row[0], row[1], row[2]]).collect();
+        let points: Vec<[f64; 3]> = rows("points", &points)?;
         let inner = asbuilt_core::voxel::Evidence::new(voxel, kept(occupancy)).map(|mut inner| {
             let scan = inner.scan(scan, position);
             inner.add(&points, scan);

@@ -5,6 +5,8 @@ use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::rows::rows;
+
 type Found<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<u32>>);
 
 /// Segments (n, 4) in cells and their votes (n,), strongest peak first: one by one, each cell used once, if
@@ -25,14 +27,10 @@ pub fn hough_lines<'py>(
 ) -> PyResult<Found<'py>> {
     let search = Search { orientations, rho_step, fill_gap, min_length, min_votes, max_lines };
     let find = if incremental { hough::incremental } else { hough::batch };
-    let array = cells.as_array();
-    if array.ncols() != 2 {
-        return Err(PyValueError::new_err(format!("cells: expected shape (n, 2), found (n, {})", array.ncols())));
-    }
+    let cells: Vec<[i32; 2]> = rows("cells", &cells)?;
     if search.orientations == 0 || search.rho_step.is_nan() || search.rho_step <= 0.0 {
         return Err(PyValueError::new_err("expected at least one orientation and a positive rho step"));
     }
-    let cells: Vec<[i32; 2]> = array.rows().into_iter().map(|row| [row[0], row[1]]).collect();
     let segments = py.detach(|| find(&cells, &search));
     let ends: Vec<f64> = segments.iter().flat_map(|segment| segment.ends).collect();
     let votes: Vec<u32> = segments.iter().map(|segment| segment.votes).collect();

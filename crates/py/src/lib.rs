@@ -5,6 +5,7 @@ mod error;
 mod evidence;
 mod hough;
 mod read;
+mod rows;
 mod trace;
 
 use pyo3::prelude::*;

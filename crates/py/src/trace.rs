@@ -7,13 +7,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
-fn pairs(points: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<[f64; 2]>> {
-    let array = points.as_array();
-    if array.ncols() != 2 {
-        return Err(PyValueError::new_err(format!("points: expected shape (n, 2), found (n, {})", array.ncols())));
-    }
-    Ok(array.rows().into_iter().map(|row| [row[0], row[1]]).collect())
-}
+use crate::rows::rows;
 
 /// Lines (n, 4), m, and their weights (n,), traced through points (m, 2) of weights (m,), strongest place first.
 #[pyfunction]
@@ -29,7 +23,7 @@ pub fn trace_lines<'py>(
     min_weight: f64,
     min_length: f64,
 ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
-    let points = pairs(&points)?;
+    let points: Vec<[f64; 2]> = rows("points", &points)?;
     let weights = weights.as_array().to_vec();
     if points.len() != weights.len() {
         return Err(PyValueError::new_err(format!("{} points, {} weights", points.len(), weights.len())));
@@ -57,12 +51,8 @@ pub fn strips<'py>(
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<f64>>,
 )> {
-    let points = pairs(&points)?;
-    let array = segments.as_array();
-    if array.ncols() != 4 {
-        return Err(PyValueError::new_err(format!("segments: expected shape (n, 4), found (n, {})", array.ncols())));
-    }
-    let segments: Vec<[f64; 4]> = array.rows().into_iter().map(|row| [row[0], row[1], row[2], row[3]]).collect();
+    let points: Vec<[f64; 2]> = rows("points", &points)?;
+    let segments: Vec<[f64; 4]> = rows("segments", &segments)?;
     let found: Vec<Vec<(usize, f64, f64)>> = py.detach(|| {
         let neighbours = Neighbours::new(&points, half_width.max(0.25));
         segments
