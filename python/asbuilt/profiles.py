@@ -11,9 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from asbuilt.evidence import Evidence, rows_in, unique_rows
+from asbuilt.evidence import Evidence, count_rows
 from asbuilt.grid import FloatArray, IntArray
-from asbuilt.storeys import Level, drop_strays
+from asbuilt.storeys import Level, in_company
 
 _BELOW_FLOOR = 0.3
 """Voxels this far below a storey's floor still belong to it, m: steps, thresholds, sunken floors."""
@@ -66,17 +66,17 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     top = height + _OVER_CEILING
     if above is not None:
         top = min(top, above.floor - _SLAB - level.floor)
-    z = evidence.index[:, 2] * evidence.voxel + evidence.mean[:, 2] - level.floor
+    z = evidence.height - level.floor
     kept = np.flatnonzero((z > -_BELOW_FLOOR) & (z < top))
-    coarse = evidence.index[kept] // 2
-    kept = kept[rows_in(coarse, drop_strays(unique_rows(coarse)))]
-    index = evidence.index[kept, :2]
+    coarse, coarse_of, _ = count_rows(evidence.index[kept] // 2)
+    kept = kept[in_company(coarse)[coarse_of]]
+    index = evidence.index[kept][:, :2]
     # The same origin for the same cloud, wherever it stands: a whole number of metres near its middle.
     middle = np.median(index, axis=0) if len(index) else np.zeros(2)
     corner = np.floor(middle * evidence.voxel)
     cells = index - np.round(corner / evidence.voxel).astype(np.int64)
     origin = np.round(corner / evidence.voxel) * evidence.voxel
-    xy = cells * evidence.voxel + evidence.mean[kept, :2]
+    xy = cells * evidence.voxel + evidence.mean[kept][:, :2]
     standing = (z[kept] > 0.3) & (z[kept] < height - 0.2)
     single = evidence.count[kept][standing] == 1
     thinness = float(single.mean()) if len(single) else 0.0

@@ -8,6 +8,7 @@ stand in lies something to stand on. The heights of those surfaces, weighed by t
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,8 @@ _RUN_GAPS = (1, 3)
 """Voxels of a column this far apart belong to one wall; the second in clouds most of whose voxels hold one point."""
 _MIN_STOREY_HEIGHT = 2.0
 """Floors closer together than this are one storey with steps in it, m."""
+_OPEN = np.iinfo(np.int32).max
+"""Gap over the highest voxel of a column."""
 
 
 @dataclass(frozen=True)
@@ -116,15 +119,11 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     if len(occupied) < 2:
         return []
     headroom = int(np.ceil(parameters.headroom / voxel))
-    column = np.any(occupied[1:, :2] != occupied[:-1, :2], axis=1)
-    gap = np.append(
-        np.where(column, np.iinfo(np.int32).max, occupied[1:, 2] - occupied[:-1, 2]), np.iinfo(np.int32).max
-    )
+    gap = _gaps(occupied)
     stood_on = gap > headroom
-    covered = stood_on & (gap < np.iinfo(np.int32).max)
     base = int(occupied[:, 2].min())
     thin = float(np.mean(evidence.count == 1)) > 0.5
-    floors = _find_floors(occupied, stood_on, covered, _RUN_GAPS[thin], parameters)
+    floors = _find_floors(occupied, gap, stood_on, _RUN_GAPS[thin], parameters)
 
     levels = []
     for number, floor in enumerate(floors):
@@ -134,15 +133,25 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     return levels
 
 
+def _gaps(occupied: IntArray) -> IntArray:
+    """How far above each voxel (n, 3) the next one of its column lies, in voxels; `_OPEN` for the highest."""
+    x, y, z = np.ascontiguousarray(occupied.T)
+    gap = np.full(len(occupied), _OPEN)
+    same = (x[1:] == x[:-1]) & (y[1:] == y[:-1])
+    gap[:-1][same] = np.diff(z)[same]
+    return gap
+
+
 def _find_floors(
-    occupied: IntArray, stood_on: BoolArray, covered: BoolArray, gap: int, parameters: StoreyParameters
+    occupied: IntArray, gap: IntArray, stood_on: BoolArray, bridged: int, parameters: StoreyParameters
 ) -> list[int]:
     """Heights of the floors, in voxels above the lowest, lowest first."""
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
     voxel, base = parameters.voxel, int(occupied[:, 2].min())
     bins = int(np.ptp(occupied[:, 2])) + 1
-    first, length = _runs(occupied, gap)
+    covered = stood_on & (gap < _OPEN)
+    first, length = _runs(occupied, gap, bridged)
     tall = length >= round(1.5 / voxel)
     indoors = covered | (stood_on & _enclosed(occupied[:, :2], occupied[first[tall], :2], round(20 / voxel)))
     area = _spread(np.bincount(occupied[covered, 2] - base, minlength=bins) / 2)
@@ -168,12 +177,10 @@ def _spread(counts: FloatArray) -> FloatArray:
     return padded[1:-1] + 0.5 * (padded[:-2] + padded[2:])
 
 
-def _runs(occupied: IntArray, gap: int) -> tuple[IntArray, IntArray]:
-    """Where each vertical run of voxels (n, 3) starts among them, and how high it is, across steps of up to `gap`."""
-    steps = np.diff(occupied, axis=0)
-    start = (steps[:, :2] != 0).any(axis=1) | (steps[:, 2] > gap)
-    first = np.concatenate([[0], np.flatnonzero(start) + 1])
-    last = np.append(first[1:], len(occupied)) - 1
+def _runs(occupied: IntArray, gap: IntArray, bridged: int) -> tuple[IntArray, IntArray]:
+    """Where each vertical run of voxels (n, 3) starts among them, and how high it is, across gaps of up to `bridged`."""
+    last = np.flatnonzero(gap > bridged)
+    first = np.concatenate([[0], last[:-1] + 1])
     return first, occupied[last, 2] - occupied[first, 2] + 1
 
 
@@ -186,7 +193,7 @@ def _enclosed(cells: IntArray, tall: IntArray, reach: int) -> BoolArray:
     for axis in (0, 1):
         across, along = cells[:, 1 - axis].astype(np.int64), cells[:, axis].astype(np.int64)
         wide = 2**32
-        walls = np.unique(tall[:, 1 - axis].astype(np.int64) * wide + tall[:, axis])
+        walls = np.sort(tall[:, 1 - axis].astype(np.int64) * wide + tall[:, axis])
         if len(walls) == 0:
             return np.zeros(len(cells), dtype=np.bool_)
         place = across * wide + along
@@ -211,10 +218,9 @@ def _wall_cells(low: IntArray, length: IntArray, bins: int, reach: int) -> IntAr
 def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: float) -> float:
     """The height (m) that most of what can be stood on shares, in the bin of the floor and next to it."""
     near = stood_on[np.abs(stood_on[:, 2] - floor) <= 1]
-    coarse = evidence.index // round(voxel / evidence.voxel)
-    within = np.abs(coarse[:, 2] - floor) <= 1
-    held = rows_in(coarse[within], near)
-    z = (evidence.index[within, 2] * evidence.voxel + evidence.mean[within, 2])[held]
+    factor = round(voxel / evidence.voxel)
+    within = np.flatnonzero(np.abs(evidence.index[:, 2] // factor - floor) <= 1)
+    z = evidence.height[within[rows_in(evidence.index[within] // factor, near)]]
     low = (floor - 1) * voxel
     counts, edges = np.histogram(z, bins=np.arange(low, low + 3 * voxel + 0.005, 0.005))
     middle = edges[int(np.argmax(np.convolve(counts, [1, 1, 1], mode="same")))] + 0.0025
@@ -234,9 +240,7 @@ def _ceiling_height(
     z = occupied[:, 2]
     floor_bin = int(np.floor(floor / voxel))
     limit = int(np.floor(above / voxel)) if above is not None else int(z.max()) + 1
-    over = np.flatnonzero(
-        (gap < np.iinfo(np.int32).max) & stood_on & (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2)
-    )
+    over = np.flatnonzero((gap < _OPEN) & stood_on & (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2))
     tops = z[over] + gap[over]
     tops = tops[tops < limit]
     if len(tops) > 0:
@@ -251,15 +255,25 @@ def _ceiling_height(
     return float((np.percentile(within, 99) + 1) * voxel) if len(within) else floor
 
 
-def drop_strays(occupied: IntArray, size: int = 4, least: int = 8) -> IntArray:
-    """Leave out voxels that stand alone: in cubes of `size` voxels that hold, with the 26 around, less than `least`."""
-    if len(occupied) == 0:
-        return occupied
-    from scipy.spatial import cKDTree  # heavy: help and errors do not wait for it
+def drop_strays(occupied: IntArray) -> IntArray:
+    """Voxels (n, 3) without those that stand alone."""
+    return occupied[in_company(occupied)]
 
+
+def in_company(occupied: IntArray, size: int = 4, least: int = 8) -> BoolArray:
+    """Which voxels (n, 3) are in cubes of `size` voxels a side that hold, with the 26 around, `least` or more."""
+    if len(occupied) == 0:
+        return np.zeros(0, dtype=np.bool_)
     cubes, inverse, counts = count_rows(occupied // size)
-    pairs = cKDTree(cubes).query_pairs(1.8, output_type="ndarray")
+    cubes = cubes - cubes.min(axis=0) + 1
+    shape = tuple(cubes.max(axis=0) + 2)
+    place = np.ravel_multi_index(tuple(cubes.T), shape)  # sorted, as the cubes are
     around = counts.copy()
-    np.add.at(around, pairs[:, 0], counts[pairs[:, 1]])
-    np.add.at(around, pairs[:, 1], counts[pairs[:, 0]])
-    return occupied[(around >= least)[inverse]]
+    # Of the 26 around a cube those that come after it; the others find it.
+    for step in list(itertools.product((-1, 0, 1), repeat=3))[14:]:
+        wanted = place + int(np.dot(step, (shape[1] * shape[2], shape[2], 1)))
+        other = np.minimum(np.searchsorted(place, wanted), len(place) - 1)
+        cube = np.flatnonzero(place[other] == wanted)
+        around[cube] += counts[other[cube]]
+        around[other[cube]] += counts[cube]
+    return (around >= least)[inverse]
