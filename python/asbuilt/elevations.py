@@ -8,14 +8,13 @@ leaf stands), and a hidden stretch (where nothing is known) from a gap.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray, IntArray
-from asbuilt.profiles import StoreyVoxels
+from asbuilt.profiles import TOP_CELL, StoreyVoxels
 
 MARGIN = 2.0
 """An elevation goes on beyond the ends of its line, m."""
@@ -100,49 +99,51 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     )
 
     line, voxel, position, offset = _core.strips(voxels.xy, lines, _DEPTH, MARGIN)
-    z = voxels.z[voxel]
-    at = first[line] + np.clip(((position + MARGIN) / step).astype(np.int64), 0, counts[line] - 1)
+    per_line = np.bincount(line, minlength=len(lines))
+    at = ((position + MARGIN) / step).astype(np.int64) + np.repeat(first[:-1], per_line)
+    hits = _Hits(np.minimum(at, np.repeat(first[1:] - 1, per_line)), voxels.z[voxel], offset)
 
-    def counted(chosen: BoolArray) -> FloatArray:
-        return np.bincount(at[chosen], minlength=total).astype(np.float64)
+    def counted(chosen: _Hits) -> FloatArray:
+        return np.bincount(chosen.at, minlength=total).astype(np.float64)
 
-    def near(sign: int | FloatArray, low: float, high: float | FloatArray) -> BoolArray:
-        return (sign * offset > low) & (sign * offset < high)
-
-    on_floor = np.abs(z) < 0.08
-    at_ceiling = np.abs(z - ceilings[:, at]) < 0.1  # (2, hits): at the ceiling of the left, of the right
+    apart = np.abs(offset)
+    near = hits.where((apart > _NEAR[0]) & (apart < _NEAR[1]))
+    on_floor = np.abs(near.z) < 0.08
     # Close to the plane most of all: on the far side of a thin wall another room begins.
-    faces = [
-        counted(level & near(sign, *_NEAR)) + 9 * counted(level & near(sign, *_CLOSE))
-        for level, sign in zip(on_floor | at_ceiling, (1, -1), strict=True)
-    ]
+    faces = []
+    for heights, sign in zip(ceilings, (1, -1), strict=True):
+        level = near.where((on_floor | (np.abs(near.z - heights[near.at]) < 0.1)) & (sign * near.offset > 0))
+        faces.append(counted(level) + 9 * counted(level.where(np.abs(level.offset) < _CLOSE[1])))
     wide = 2 * round(0.4 / step) + 1
     left = partition[line_of] | (smooth(faces[0], first, wide) >= smooth(faces[1], first, wide))
 
-    sign = np.where(left, 1, -1)[at]
+    front_is = np.where(left, 1, -1)
     ceiling = np.where(left, ceilings[0], ceilings[1])
     ceiling = np.where(np.isfinite(ceiling), ceiling, voxels.height)
-    at_ceiling_front = np.abs(z - ceiling[at]) < 0.1
-    filled = _filled(at, z, np.abs(offset) < ON_PLANE, total, step)
-    twin = twin_distance(at, z, -sign * offset, ceiling, first, step)[at]
+    upper = hits.where((apart > ON_PLANE) & (hits.z > ceiling.min(initial=np.inf) - _UPPER[0]))
+    twin = twin_distance(upper, front_is, ceiling, first, step)
+    rows = int(np.floor(hits.z.max(initial=0) / step)) + 2
+    below = _filled_below(hits.where((apart < ON_PLANE) & (hits.z >= 0)), total, rows, step)
 
-    def share(chosen: BoolArray, least: int = 1) -> FloatArray:
+    def share(chosen: _Hits, least: int = 1) -> FloatArray:
         return smooth((counted(chosen) >= least).astype(np.float64), first, 5)
 
-    front = near(sign, *_NEAR)
-    back = near(-sign, _CLOSE[0], np.minimum(_CLOSE[1], twin - 0.015))
-    low = (z > _LOW[0]) & (z < _LOW[1]) & near(-sign, _NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
+    at_ceiling = np.abs(near.z - ceiling[near.at]) < 0.1
+    front = front_is[near.at] * near.offset > 0
+    back = ~front & (np.abs(near.offset) < np.minimum(_CLOSE[1], twin - 0.015)[near.at])
+    low = hits.where((hits.z > _LOW[0]) & (hits.z < _LOW[1]) & (apart > _NEAR[0] + 0.005) & (apart < 0.3))
+    low = low.where((front_is[low.at] * low.offset < 0) & (np.abs(low.offset) < (twin - 0.02)[low.at]))
     return Elevations(
         lines,
         first,
         step,
         left,
-        upper=_share_filled(filled, ceiling - _UPPER[0], ceiling - _UPPER[1], step),
-        lower=_share_filled(filled, np.full(total, 0.15), np.full(total, 1.9), step),
-        whole=_share_filled(filled, np.full(total, 0.15), ceiling - _UPPER[1], step),
-        front=share(on_floor & front) + share(at_ceiling_front & front),
-        ceiling_behind=share(at_ceiling_front & back),
-        floor_behind=share(on_floor & back),
+        upper=_share_filled(below, ceiling - _UPPER[0], ceiling - _UPPER[1], step),
+        lower=_share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step),
+        whole=_share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step),
+        front=share(near.where(on_floor & front)) + share(near.where(at_ceiling & front)),
+        ceiling_behind=share(near.where(at_ceiling & back)),
+        floor_behind=share(near.where(on_floor & back)),
         low_behind=share(low, least=2),
         partition=partition,
     )
@@ -154,24 +155,14 @@ def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, v
     The highest voxel of each cell of 10 cm is sampled up to 0.9 m to the side; the ceiling is a high percentile, so
     that lamps and beams under it do not count.
     """
-    cell = 0.1
-    high = voxels.first[1:] - 1  # the highest voxel of each ground cell
-    high = high[voxels.z[high] > 1.7]
-    index = np.floor(voxels.xy[high] / cell).astype(np.int64)
-    if len(index) == 0:
-        return np.full(len(place), np.nan)
-    low = index.min(axis=0)
-    shape = tuple(index.max(axis=0) - low + 1)
-    tops = np.full(shape[0] * shape[1], -np.inf)
-    np.maximum.at(tops, np.ravel_multi_index(tuple((index - low).T), shape), voxels.z[high])
+    low, tops = voxels.tops
+    flat, shape = tops.ravel(), np.array(tops.shape)
     samples = []
     for aside in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9):
         for shift in (-0.2, 0.0, 0.2):
-            sample = np.floor((place + aside * towards + shift * along) / cell).astype(np.int64) - low
-            inside = ((sample >= 0) & (sample < shape)).all(axis=1)
-            value = np.full(len(place), -np.inf)
-            value[inside] = tops[np.ravel_multi_index(tuple(sample[inside].T), shape)]
-            samples.append(value)
+            x, y = np.floor((place + aside * towards + shift * along) / TOP_CELL).astype(np.int64).T - low[:, None]
+            # The cells on the border know nothing.
+            samples.append(flat[np.clip(x, 0, shape[0] - 1) * shape[1] + np.clip(y, 0, shape[1] - 1)])
     found = np.sort(samples, axis=0)  # what is not known comes first, as minus infinity
     known = np.isfinite(found).sum(axis=0)
     rank = len(found) - known + np.round(0.7 * (known - 1)).astype(np.int64)
@@ -179,20 +170,33 @@ def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, v
     return np.where(known >= 4, height, np.nan)
 
 
-def twin_distance(
-    at: IntArray, z: FloatArray, behind: FloatArray, ceiling: FloatArray, first: IntArray, step: float
-) -> FloatArray:
+@dataclass(frozen=True)
+class _Hits:
+    """Voxels near the lines: the step that each is at, its height and its offset to the left of the line, m."""
+
+    at: IntArray
+    z: FloatArray
+    offset: FloatArray
+
+    def where(self, chosen: BoolArray) -> _Hits:
+        return _Hits(self.at[chosen], self.z[chosen], self.offset[chosen])
+
+
+def twin_distance(hits: _Hits, front_is: IntArray, ceiling: FloatArray, first: IntArray, step: float) -> FloatArray:
     """How far behind each step the other face of its wall stands, m; the depth of the elevation where none is seen.
 
-    `behind` is each voxel's distance behind the plane. Another face is filled in the upper zone, which a door leaf in
+    `front_is` 1 where the room is on the left of a step. Another face is filled in the upper zone, which a door leaf in
     the wall's opening is not.
     """
     total = len(ceiling)
-    upper = (behind > ON_PLANE + 0.01) & (z > ceiling[at] - _UPPER[0]) & (z < ceiling[at] - _UPPER[1])
+    behind = -front_is[hits.at] * hits.offset
+    upper = (behind > ON_PLANE + 0.01) & (hits.z > ceiling[hits.at] - _UPPER[0])
+    upper &= hits.z < ceiling[hits.at] - _UPPER[1]
     slots = int(np.ceil(_DEPTH / 0.02))
-    filled = np.bincount(at[upper] * slots + (behind[upper] / 0.02).astype(np.int64), minlength=total * slots)
+    slot = hits.at[upper] * slots + (behind[upper] / 0.02).astype(np.int64)
+    filled = np.bincount(slot, minlength=total * slots)
     dense = smooth_rows(filled.reshape(total, slots).astype(np.float64), first, 2 * round(0.5 / step) + 1)
-    dense = dense + np.pad(dense, ((0, 0), (0, 1)))[:, 1:]
+    dense[:, :-1] += dense[:, 1:]
     needed = 0.25 * (_UPPER[0] - _UPPER[1]) / step
     face = dense >= needed
     return np.where(face.any(axis=1), face.argmax(axis=1) * 0.02 + 0.02, _DEPTH)
@@ -221,25 +225,25 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     """
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
-    closed = np.empty_like(values)
-    for low, high in itertools.pairwise(first):
-        closed[low:high] = ndimage.grey_closing(np.pad(values[low:high], width), width)[width:-width]
+    apart = np.arange(len(values)) + width * np.repeat(np.arange(1, len(first)), np.diff(first))
+    spread = np.zeros(len(values) + width * len(first))
+    spread[apart] = values
+    closed: FloatArray = ndimage.grey_closing(spread, width)[apart]
     return closed
 
 
-def _filled(at: IntArray, z: FloatArray, chosen: BoolArray, total: int, step: float) -> BoolArray:
-    """Which heights (total, k), in steps from the floor, hold a chosen voxel."""
-    height = np.floor(z / step).astype(np.int64)
-    chosen = chosen & (height >= 0)
-    filled = np.zeros((total, int(height.max(initial=0)) + 2), dtype=np.bool_)
-    filled[at[chosen], height[chosen]] = True
-    return filled
+def _filled_below(hits: _Hits, total: int, rows: int, step: float) -> IntArray:
+    """How many of the heights of `step` (m) below each (total, rows + 1) hold a voxel."""
+    filled = np.zeros((total, rows), dtype=np.bool_)
+    filled[hits.at, (hits.z / step).astype(np.int64)] = True
+    below = np.zeros((total, rows + 1), dtype=np.int16)
+    np.cumsum(filled, axis=1, out=below[:, 1:])
+    return below
 
 
-def _share_filled(filled: BoolArray, low: FloatArray, high: FloatArray, step: float) -> FloatArray:
-    """Share of the heights from `low` to `high` (m) that are filled, for each row."""
-    below = np.concatenate([np.zeros((len(filled), 1), np.int64), np.cumsum(filled, axis=1)], axis=1)
-    row = np.arange(len(filled))
-    first, last = (np.clip(np.round(h / step).astype(np.int64), 0, filled.shape[1]) for h in (low, high))
+def _share_filled(below: IntArray, low: FloatArray, high: FloatArray, step: float) -> FloatArray:
+    """Share of the heights from `low` to `high` (m) that are filled, for each row of `_filled_below`."""
+    row = np.arange(len(below))
+    first, last = (np.clip(np.round(h / step).astype(np.int64), 0, below.shape[1] - 1) for h in (low, high))
     shares: FloatArray = (below[row, last] - below[row, first]) / np.maximum(last - first, 1)
     return shares

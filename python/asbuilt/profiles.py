@@ -21,6 +21,10 @@ _SLAB = 0.12
 """A storey ends this far below the floor above it, m."""
 _OVER_CEILING = 0.1
 """And this far over its ceiling, m: the ceiling's own points."""
+TOP_CELL = 0.1
+"""Ground cells in which the highest voxels are looked up, m."""
+_OVERHEAD = 1.7
+"""Lower voxels are no ceiling's, m."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +59,19 @@ class StoreyVoxels:
         x, y = np.ascontiguousarray(self.index.T)
         new = np.flatnonzero((np.diff(x) != 0) | (np.diff(y) != 0)) + 1
         return np.concatenate([[0], new, [len(x)]]) if len(x) else np.zeros(1, dtype=np.int64)
+
+    @cached_property
+    def tops(self) -> tuple[IntArray, FloatArray]:
+        """The highest voxel over each cell of `TOP_CELL`: index (2,) of the first cell, and heights (nx, ny) above the
+        floor, m. It is minus infinity below 1.7 m, and on the border.
+        """
+        high = self.first[1:] - 1
+        high = high[self.z[high] > _OVERHEAD]
+        x, y = np.floor(self.xy[high] / TOP_CELL).astype(np.int64).T
+        low = np.array([x.min(initial=0), y.min(initial=0)]) - 1
+        tops = np.full((x.max(initial=0) - low[0] + 2, y.max(initial=0) - low[1] + 2), -np.inf)
+        np.maximum.at(tops, (x - low[0], y - low[1]), self.z[high])
+        return low, tops
 
 
 def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> StoreyVoxels:

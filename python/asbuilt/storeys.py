@@ -178,7 +178,7 @@ def _spread(counts: FloatArray) -> FloatArray:
 
 
 def _runs(occupied: IntArray, gap: IntArray, bridged: int) -> tuple[IntArray, IntArray]:
-    """Where each vertical run of voxels (n, 3) starts among them, and how high it is, across gaps of up to `bridged`."""
+    """Where each vertical run of voxels (n, 3) starts among them, and how high it is, over gaps of up to `bridged`."""
     last = np.flatnonzero(gap > bridged)
     first = np.concatenate([[0], last[:-1] + 1])
     return first, occupied[last, 2] - occupied[first, 2] + 1
