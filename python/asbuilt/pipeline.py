@@ -16,6 +16,7 @@ from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence
 from asbuilt.faces import cut_openings, drop_doubles, find_faces, measure_faces, score_steps, snap_to_jambs
+from asbuilt.frame import doubt_extent, doubt_unit, doubt_up
 from asbuilt.gather import gather_evidence
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import ground_plane_histogram
@@ -78,7 +79,7 @@ def extract_floor_plan(
             "or gather it without --occupancy"
         )
     levels = find_storeys(source, parameters.storeys)
-    notes = list(source.skipped)
+    notes = [*source.skipped, *filter(None, [doubt_up(source), None if levels else doubt_extent(source)])]
     if not levels:
         notes.append(
             "storeys: no floor found; nothing in the cloud has free height above it and walls around it; "
@@ -97,6 +98,7 @@ def extract_floor_plan(
         else _plan_by_profiles(source, level, above, parameters, notes)
         for level, above in wanted
     ]
+    notes += filter(None, [doubt_unit(storeys)])
     return FloorPlan(tuple(storeys), parameters.as_dict(), source.inputs, crs or source.crs, tuple(notes))
 
 

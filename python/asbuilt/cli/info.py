@@ -42,6 +42,7 @@ def info_command(
     Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
     """
     import asbuilt
+    from asbuilt.frame import doubt_up
 
     cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
     _print_files(cloud)
@@ -57,7 +58,7 @@ def info_command(
             evidence = asbuilt.gather_evidence(cloud, threads=threads, progress=progress, skip_bad=skip_bad)
         _print_scans(evidence.scans, every)
         _print_heights(evidence)
-        for note in evidence.skipped:
+        for note in (*evidence.skipped, *filter(None, [doubt_up(evidence)])):
             say(f"asbuilt: note: {note}")
         errors = evidence.errors
     for error in errors:

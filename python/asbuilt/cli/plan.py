@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
+from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, progress_bar, say
 from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, check_outputs, write_outputs
 from asbuilt.errors import ParameterError
 
@@ -35,7 +35,15 @@ def plan_command(
         int | None, typer.Option(metavar="N", help="This storey only; 0 is the lowest.", show_default=False)
     ] = None,
     unit: Unit = "m",
-    up: Up = "z",
+    up: Annotated[
+        str | None,
+        typer.Option(
+            metavar="z|y|x|-z|-y|-x",
+            help="Axis that points up. \\[default: z; a building that then lies on its side is refused]",
+            show_default=False,
+            rich_help_panel="Reading",
+        ),
+    ] = None,
     crs: Annotated[
         str | None,
         typer.Option(
@@ -122,13 +130,16 @@ def plan_command(
     _check_crs(crs)
 
     import asbuilt
+    from asbuilt.frame import check_upright
 
-    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    cloud = asbuilt.read(*inputs, unit=unit, up=up or "z", skip_bad=skip_bad)
     with progress_bar("reading") as progress:
         evidence = asbuilt.gather_evidence(
             cloud, parameters.evidence, threads=threads, progress=progress, skip_bad=skip_bad
         )
     with progress_bar("finding storeys and walls"):
+        if up is None:
+            check_upright(evidence)
         plan = asbuilt.extract_floor_plan(evidence, parameters, storey=storey, crs=crs)
     written = write_outputs(plan, output, evidence, options)
 

@@ -1,0 +1,187 @@
+"""Whether a cloud stands upright and counts in metres, told from what it shows (not in the paper).
+
+Scanners level themselves and survey in metres, but a mesh program puts y upward, a CAD program counts in millimetres
+and some countries in feet, and few formats say so. Free height of 2 to 6 m between two planes is what floors and
+ceilings have in common: over all rooms of a storey they share their planes, and the sides of rooms do not. On all our
+buildings, real and made up, the largest pair of planes that face z has 2 to 50 times the area of those that face x or
+y. Heights of doors and rooms tell feet. What is doubtful is said in a note; only a building that certainly lies on its
+side is an error, and only where nobody said which axis is up (`check_upright`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from asbuilt.errors import InputError
+from asbuilt.evidence import Evidence
+from asbuilt.grid import FloatArray, IntArray
+from asbuilt.plan import Storey
+from asbuilt.read import UNITS
+
+_CELL = 0.2
+"""Voxels for this are about so large, m: planes of 5 cm would be split by tilt and noise."""
+_FREE = (1.8, 6.0)
+"""Floor and ceiling are this far apart, m."""
+_SAMPLE = 200_000
+"""Columns are left out so that no more than about this many voxels remain."""
+_CERTAIN, _DOUBTFUL = 5.0, 1.6
+"""Areas this many times as large as those that face z are the floors. A corridor alone may reach 1.6."""
+_WALLS = 1.0
+"""Walls between floor and ceiling within a building are longer than this, in sides of a square of its area; between the
+two sides of a lane is nothing."""
+_LEAST_AREA = 10.0
+"""Less tells nothing, m2."""
+
+
+@dataclass(frozen=True)
+class Upward:
+    """The axis that a building's floors and ceilings face, where that is not z.
+
+    Attributes
+    ----------
+    axis : as `read` takes it for `up`, such as "-y": from the plane with more standing on it to the other one.
+    areas : of the largest pair of planes that face x, y and z (3,), m2.
+    certain : no building stands like that.
+    """
+
+    axis: str
+    areas: tuple[float, float, float]
+    certain: bool
+
+    @property
+    def _reverse(self) -> str:
+        return self.axis[1:] if self.axis.startswith("-") else f"-{self.axis}"
+
+    def __str__(self) -> str:
+        name, area = self.axis[-1], self.areas["xyz".index(self.axis[-1])]
+        return (
+            f"up: the largest floor and ceiling, {area:.0f} m2, face {name}, and of those that face z the largest have "
+            f"{self.areas[2]:.0f} m2; read the points with --up {self.axis} (or {self._reverse})"
+        )
+
+
+def find_upward(evidence: Evidence) -> Upward | None:
+    """Which axis points up if it is not z; None where it is, and where nothing tells (no voxel, a single plane)."""
+    factor = max(round(_CELL / evidence.voxel), 1)
+    found = [_largest_pair(evidence.index, axis, factor, factor * evidence.voxel) for axis in range(3)]
+    areas = np.array([pair.area for pair in found])
+    best = int(areas.argmax())
+    others = np.delete(areas, best)
+    if best == 2 or areas[best] < _LEAST_AREA or areas[best] < _DOUBTFUL * others.max():
+        return None
+    certain = areas[best] >= _CERTAIN * areas[2] and areas[best] >= _CERTAIN / 2 * others.max()
+    certain = certain and found[best].walls >= _WALLS * np.sqrt(areas[best])
+    name = "xyz"[best] if found[best].stands else f"-{'xyz'[best]}"
+    return Upward(name, (float(areas[0]), float(areas[1]), float(areas[2])), bool(certain))
+
+
+def doubt_up(evidence: Evidence) -> str | None:
+    """A line where another axis than z seems to point up, or None."""
+    upward = find_upward(evidence)
+    return None if upward is None else str(upward)
+
+
+def check_upright(evidence: Evidence) -> None:
+    """For clouds of which nobody said which axis points up.
+
+    Raises
+    ------
+    InputError : the building certainly lies on its side.
+    """
+    upward = find_upward(evidence)
+    if upward is not None and upward.certain:
+        raise InputError(f"{upward}, else with --up z")
+
+
+def doubt_unit(storeys: Iterable[Storey]) -> str | None:
+    """A line where rooms and doors are those of a cloud in feet or smaller units that was read as metres, or None.
+
+    Half of the doors end above 5 m, as gates do in a hall without other doors; or no door is found and a storey is
+    higher than 6.5 m.
+    """
+    levels = list(storeys)
+    heads = [door.head for storey in levels for door in storey.doors if door.head is not None]
+    height = max((storey.ceiling - storey.floor for storey in levels), default=0.0)
+    if heads:
+        head = float(np.median(heads))
+        return None if head < 5.0 else f"unit: doors {head:.1f} m high: {_ask(head / 2.05)}"
+    return None if height < 6.5 else f"unit: a storey {height:.1f} m high: {_ask(height / 2.7)}"
+
+
+def doubt_extent(evidence: Evidence) -> str | None:
+    """A line on how high a cloud without storeys is, where that is not the height of a building, or None."""
+    if evidence.points == 0:
+        return None
+    z = np.sort(evidence.index[:, 2] * evidence.voxel)
+    low, high = z[int(0.02 * len(z))], z[-1 - int(0.02 * len(z))]
+    height = float(high - low)
+    if 1.5 <= height <= 60.0:
+        return None
+    if height < 1.5:
+        return f"unit: from bottom to top the points reach {height:.2f} m; they may be in a larger unit, or flat"
+    return f"unit: from bottom to top the points reach {height:,.0f} m: {_ask(height / 3.0)}"
+
+
+def _ask(factor: float) -> str:
+    """The question for things that are too large by a factor."""
+    units = {name: 1 / size for name, size in UNITS.items() if size < 1.0 and name != "us-ft"}
+    nearest = min(units, key=lambda name: abs(np.log(factor * UNITS[name])))
+    return f"if the points are in {nearest}, read them with --unit {nearest}"
+
+
+class _Pair(NamedTuple):
+    """Two planes across an axis with nothing between them over an area (m2).
+
+    `stands`: more stands on the first than hangs from the second; `walls`: length (m) of what reaches from one to the
+    other, those all around left out.
+    """
+
+    area: float
+    stands: bool
+    walls: float
+
+
+def _largest_pair(index: IntArray, axis: int, factor: int, cell: float) -> _Pair:
+    """The pair of the largest area, of the voxels `index` put together by `factor` to sides of `cell`."""
+    nothing = _Pair(0.0, True, 0.0)
+    a, b = (index[:, other] // factor for other in range(3) if other != axis)
+    every = max(len(index) // _SAMPLE, 1)
+    chosen = (a + 3 * b) % every == 0
+    along, a, b = (column[chosen].astype(np.int64) for column in (index[:, axis] // factor, a, b))
+    if len(along) == 0:
+        return nothing
+    along, a, b = along - along.min(), a - a.min(), b - b.min()
+    span, wide = int(along.max()) + 1, int(b.max()) + 1
+    if float(a.max() + 1) * wide * span > 2**62:
+        return nothing  # strays a world apart
+    keys = np.unique((a * wide + b) * span + along)
+    gap, start = np.diff(keys), keys[:-1]
+    low, high = (round(free / cell) for free in _FREE)
+    free = (gap >= low) & (gap <= high) & (start // span == keys[1:] // span)
+    if not free.any():
+        return nothing
+    width = high + 2
+    pairs, counts = np.unique((start[free] % span) * width + gap[free], return_counts=True)
+    # a plane may lie in two layers of voxels
+    total = np.sum([_counts_at(pairs, counts, pairs + step) for step in (0, 1, width, width + 1)], axis=0)
+    best = int(np.argmax(total))
+    first, apart = divmod(int(pairs[best]), width)
+    reach, place = round(1.2 / cell), keys % span
+    standing = np.count_nonzero((place > first + 1) & (place <= first + 1 + reach))
+    hanging = np.count_nonzero((place < first + apart) & (place >= first + apart - reach))
+    columns, filled = np.unique(keys[(place > first) & (place < first + apart)] // span, return_counts=True)
+    ground = np.column_stack(np.divmod(columns[filled >= 0.8 * (apart - 1)], wide))
+    around = np.quantile(ground, (0.02, 0.98), axis=0) if len(ground) else np.zeros((2, 2))
+    inner = ((ground > around[0] + 0.6 / cell) & (ground < around[1] - 0.6 / cell)).all(axis=1)
+    walls = float(np.count_nonzero(inner)) * every * cell
+    return _Pair(float(total[best]) * every * cell**2, bool(standing >= hanging), walls)
+
+
+def _counts_at(pairs: IntArray, counts: IntArray, wanted: IntArray) -> FloatArray:
+    """The count of each wanted pair, 0 where there is none."""
+    place = np.minimum(np.searchsorted(pairs, wanted), len(pairs) - 1)
+    return np.where(pairs[place] == wanted, counts[place], 0).astype(np.float64)
