@@ -125,13 +125,24 @@ def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParam
 def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
     """Of faces that lie behind one another as seen from the room, keep the surest: a room sees one of them only.
 
-    A window's pane, a niche's back or a board makes a plane of its own within `apart` m of the wall's.
+    A window's pane, a niche's back or a board makes a plane of its own within `apart` m of the wall's. Nor is there a
+    room so narrow that the wall on its other side is as near: that is the back of what stands before the wall.
     """
     kept: list[Face] = []
     for face in sorted(faces, key=lambda f: -f.score):
-        if not any(covered_length(face, other, apart) > 0.5 * face.length for other in kept):
+        turned = replace(face, start=face.end, end=face.start)
+        if not any(
+            covered_length(face, other, apart) > 0.5 * face.length
+            or (_before(face, other) and covered_length(turned, other, apart) > 0.5 * face.length)
+            for other in kept
+        ):
             kept.append(face)
     return kept
+
+
+def _before(face: Face, other: Face) -> bool:
+    """Whether a face stands on the side to which another one looks."""
+    return float(((face.start + face.end) / 2 - other.start) @ other.normal) > 0
 
 
 def covered_length(face: Face, other: Face, apart: float) -> float:
