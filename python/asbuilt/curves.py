@@ -41,11 +41,18 @@ def find_curves(faces: list[Face], voxels: StoreyVoxels) -> list[Face]:
     curved: list[Face] = []
     number = 0
     for chain in find_chains(faces):
-        circle = fit_circle([faces[i] for i in chain], voxels)
+        if not rest.issuperset(chain):
+            continue  # bits of a curve that was found before
+        of_curve = [faces[i] for i in chain]
+        circle = fit_circle(of_curve, voxels)
         if circle is None:
             continue
         rest -= set(chain)
-        chords = _draw_arcs([faces[i] for i in chain], circle, number, voxels)
+        while more := [i for i in sorted(rest) if _goes_on(faces[i], circle, of_curve)]:
+            rest -= set(more)
+            of_curve = _in_turn(of_curve + [faces[i] for i in more], circle)
+            circle = fit_circle(of_curve, voxels) or circle
+        chords = _draw_arcs(of_curve, circle, number, voxels)
         rest -= {i for i in rest if _on_circle(faces[i], circle, chords)}
         curved += chords
         number += 1
@@ -109,6 +116,26 @@ def fit_circle(chain: list[Face], voxels: StoreyVoxels) -> tuple[FloatArray, flo
     spanned = sum(face.length for face in chain) / max(radius, 1e-9)
     good = np.sqrt(np.mean(off[near] ** 2)) < _MAX_RMS and 0.4 < radius < 100 and spanned > np.radians(20)
     return (centre, radius) if good else None
+
+
+def _goes_on(face: Face, circle: tuple[FloatArray, float], chain: list[Face]) -> bool:
+    """Whether a face is of the same curve as a chain: on its circle, near to it, and looking the same way."""
+    inward = [float((circle[0] - one.start) @ one.normal) > 0 for one in (face, chain[0])]
+    tips, others = (np.array([tip for one in faces for tip in (one.start, one.end)]) for faces in ([face], chain))
+    off = np.abs(np.hypot(*(tips - circle[0]).T) - circle[1])
+    apart = np.hypot(*np.moveaxis(tips[:, None] - others, 2, 0))
+    short = face.length < _MAX_CHORD and float(off.max()) < 0.06
+    return inward[0] == inward[1] and short and float(apart.min()) < _NEXT
+
+
+def _in_turn(chords: list[Face], circle: tuple[FloatArray, float]) -> list[Face]:
+    """Chords of a circle in their order, from after the widest gap between them."""
+    middle = np.array([(chord.start + chord.end) / 2 for chord in chords]) - circle[0]
+    inward = float(-middle[0] @ chords[0].normal) > 0
+    angle = np.arctan2(middle[:, 1], middle[:, 0]) * (1 if inward else -1)
+    order = np.argsort(angle, kind="stable")
+    gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
+    return [chords[i] for i in np.roll(order, -int(gaps.argmax()) - 1)]
 
 
 def _on_circle(face: Face, circle: tuple[FloatArray, float], chords: list[Face]) -> bool:
