@@ -25,6 +25,8 @@ _DOOR_WIDTH = (0.5, 2.6)
 
 _MET = (0.22, 0.12)
 """A stretch shorter than the first, beyond a gap longer than the second, is another wall met end on, m."""
+_SLIVER = (0.5, 0.06)
+"""A face shorter than this, and this near to a longer one's line, is none of its own, m."""
 
 
 @dataclass(frozen=True)
@@ -133,11 +135,22 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
         turned = replace(face, start=face.end, end=face.start)
         if not any(
             covered_length(face, other, apart) > 0.5 * face.length
+            or _is_sliver(face, other)
             or (_before(face, other) and covered_length(turned, other, apart) > 0.5 * face.length)
             for other in kept
         ):
             kept.append(face)
     return kept
+
+
+def _is_sliver(face: Face, other: Face) -> bool:
+    """Whether a short face is a bit of a longer one that it goes on from or runs along, a little turned."""
+    if face.length > _SLIVER[0] or other.length < 2 * _SLIVER[0]:
+        return False
+    relative = np.array([face.start - other.start, face.end - other.start])
+    place = np.sort(relative @ other.along)
+    aside = np.abs(relative @ other.normal).max()
+    return bool(aside < _SLIVER[1] and place[0] < other.length + _SLIVER[1] and place[1] > -_SLIVER[1])
 
 
 def _before(face: Face, other: Face) -> bool:
