@@ -200,8 +200,8 @@ def _is_hidden(
 def _shows(side: _Side, low: float, high: float, standing: FloatArray, step: float) -> bool:
     """Whether something stands on a stretch of a side without faces."""
     length = high - low
-    if length < 0.15 or length > _ALONE[1]:
-        return length < 0.15
+    if not 0.1 < length < _ALONE[1]:
+        return False
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
     _, _, place, _ = _core.strips(standing, segment, _ON_SIDE, 0.0)
     counts = np.bincount((place / step).astype(np.int64), minlength=1)
