@@ -16,6 +16,7 @@ from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence
 from asbuilt.faces import cut_openings, drop_doubles, find_faces, measure_faces, score_steps, snap_to_jambs
+from asbuilt.final_pass import finish_faces
 from asbuilt.frame import doubt_extent, doubt_unit, doubt_up
 from asbuilt.gather import gather_evidence
 from asbuilt.grid import FloatArray, IntArray
@@ -120,7 +121,7 @@ def _plan_by_profiles(
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
     openings = find_openings(faces, elevations, scores, voxels, level.index)
     enclosed = find_rooms(faces, openings.doors, voxels)
-    faces = draw_room_faces(faces, enclosed, openings.doors, elevations, scores, voxels)
+    faces = finish_faces(draw_room_faces(faces, enclosed, openings.doors, elevations, scores, voxels))
     wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
     rooms = measure_rooms(enclosed, voxels, level, evidence.scans)
     walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)
