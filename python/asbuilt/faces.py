@@ -25,6 +25,8 @@ _DOOR_WIDTH = (0.5, 2.6)
 
 _MET = (0.22, 0.12)
 """A stretch shorter than the first, beyond a gap longer than the second, is another wall met end on, m."""
+_PARTITION = 1.3
+"""Shorter things about which one can walk are door leaves, m."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
 
@@ -114,7 +116,10 @@ def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParam
         ):
             low, high = peel(scores[first:last] > 0, low, high, elevations.step)
             steps = slice(first + low, first + high)
-            if not elevations.partition[line] and not _looks_like_a_wall(elevations, steps, under_ceiling[steps], full):
+            if elevations.partition[line]:
+                if (high - low) * elevations.step < _PARTITION:
+                    continue  # a door's leaf
+            elif not _looks_like_a_wall(elevations, steps, under_ceiling[steps], full):
                 continue
             ends = [start + (position[low] - elevations.step / 2) * along]
             ends.append(start + (position[high - 1] + elevations.step / 2) * along)

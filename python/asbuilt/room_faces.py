@@ -99,7 +99,7 @@ def draw_room_faces(
         beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _DOUBLE / 2) & (shared > 0.3 * side.length)).any())
         wall = _without(_filled(side, stretches, own, gone, elevations, scores, standing, beside), gone)
         for low, high in wall:
-            if high - low < 0.05:
+            if high - low < 0.1:
                 continue
             model = min(own, key=lambda f: -_shared(side, f, low, high), default=None)
             if model is None:
