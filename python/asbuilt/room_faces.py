@@ -24,6 +24,8 @@ _ON_SIDE = 0.03
 """A face lies on a room's side if both its ends are this near to its line, m."""
 _BEHIND = 0.65
 """An opening in the wall behind a side is no further from it, m."""
+_RECESS = 0.4
+"""Nor further before it, m."""
 _SHORT = 0.6
 """A piece of a side shorter than this is wall unless an opening shows, m."""
 _ALONE = (1.5, 3.5)
@@ -150,7 +152,8 @@ def _sides(room: shapely.Polygon) -> list[_Side]:
 def _openings_on(side: _Side, holes: FloatArray) -> list[tuple[float, float]]:
     """From where to where openings (n, 2, 2) in the wall behind a side interrupt it, m along it."""
     place, aside = side.place(holes)
-    through = (aside > -_BEHIND).all(axis=1) & (aside < 0.1).all(axis=1) & (np.ptp(aside, axis=1) < 0.15)
+    # A room that reaches into the recess of a door has the door before that side.
+    through = (aside > -_BEHIND).all(axis=1) & (aside < _RECESS).all(axis=1) & (np.ptp(aside, axis=1) < 0.15)
     low, high = place.min(axis=1), place.max(axis=1)
     through &= (high > 0.05) & (low < side.length - 0.05) & (high - low > 0.3)
     return sorted(
