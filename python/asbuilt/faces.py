@@ -86,7 +86,7 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     score = np.where(opening, -1.5, score)
     # About a partition one can walk, and see over it: its own filling alone counts.
     partition = np.repeat(elevations.partition, np.diff(elevations.first))
-    return np.where(partition, 1.5 * lower - 0.6, score)
+    return np.where(partition, np.where(lower < 0.15, -1.5, 1.5 * lower - 0.6), score)
 
 
 def closed(elevations: Elevations, part: str, parameters: WallParameters) -> FloatArray:

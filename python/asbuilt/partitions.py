@@ -20,6 +20,9 @@ _HEIGHTS = (0.3, 1.6)
 """A partition is filled from and to these heights, m."""
 _DOOR_HEIGHT = 1.95
 """A screen lower than this is furniture, unless it is long and thick, m."""
+_STEP = 0.05
+_APART = 0.3
+"""What stands on a line further apart than this is not one thing, m, as seen in steps of so many m."""
 _SHARED = 0.09
 """The faces of a partition thinner than this share voxels, m."""
 
@@ -39,40 +42,67 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     z = voxels.z[voxel]
     first = np.searchsorted(line, np.arange(len(lines) + 1))
     for i in np.flatnonzero(length >= _MIN_LENGTH):
-        here = slice(first[i], first[i + 1])
+        of_line = slice(first[i], first[i + 1])
         if replaced[i] or partition[i]:
             continue
-        planes = _two_planes(lines[i], z[here], along[here], offset[here], voxels.covariance[voxel[here]])
-        top = _top(z[here], offset[here])
-        sides = np.array([-1, 1])
-        if planes is None and _DOOR_HEIGHT < top < voxels.height - 0.3:
-            planes, sides = _screen(length[i], z[here], along[here], offset[here]) or (None, sides)
-        elif planes is not None and not _stands_free(
-            planes, length[i], z[here], along[here], offset[here], voxels.height
-        ):
-            continue
-        if planes is None or (
-            top < _DOOR_HEIGHT and (length[i] < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)
-        ):
-            continue
         direction = (lines[i, 2:] - lines[i, :2]) / length[i]
-        normal = np.array([-direction[1], direction[0]])
-        relative = lines.reshape(-1, 2, 2) - lines[i, :2]
-        place, aside = relative @ direction, relative @ normal
-        same = (np.abs(aside - planes.mean()) < np.ptp(planes) / 2 + 0.04).all(axis=1)
-        same &= (place > -0.3).all(axis=1) & (place < length[i] + 0.3).all(axis=1)
-        if np.ptp(planes.mean(axis=1)) < _SHARED:
-            replaced |= same
-            along_planes = [lines[i] + np.concatenate([plane[0] * normal, plane[1] * normal]) for plane in planes]
-            faces += [_turned(face, side > 0) for face, side in zip(along_planes, sides, strict=True)]
-        else:
-            partition |= same
-            forward = place[:, 1] > place[:, 0]
-            for k in np.flatnonzero(same):
-                lines[k] = _turned(lines[k], forward[k] == (aside[k].mean() > planes.mean()))
+        for low, high in _stretches(z[of_line], along[of_line], offset[of_line], length[i]):
+            here = np.flatnonzero((along[of_line] > low - 0.1) & (along[of_line] < high + 0.1)) + of_line.start
+            stretch = np.concatenate([lines[i, :2] + place * direction for place in (low, high)])
+            found = _partition(
+                stretch, z[here], along[here] - low, offset[here], voxels.covariance[voxel[here]], voxels.height
+            )
+            if found is None:
+                continue
+            planes, sides = found
+            normal = np.array([-direction[1], direction[0]])
+            relative = lines.reshape(-1, 2, 2) - stretch[:2]
+            place, aside = relative @ direction, relative @ normal
+            same = (np.abs(aside - planes.mean()) < np.ptp(planes) / 2 + 0.04).all(axis=1)
+            same &= (place > -0.3).all(axis=1) & (place < high - low + 0.3).all(axis=1)
+            if np.ptp(planes.mean(axis=1)) < _SHARED:
+                replaced |= same
+                along_planes = [stretch + np.concatenate([plane[0] * normal, plane[1] * normal]) for plane in planes]
+                faces += [_turned(face, side > 0) for face, side in zip(along_planes, sides, strict=True)]
+            else:
+                partition |= same
+                forward = place[:, 1] > place[:, 0]
+                for k in np.flatnonzero(same):
+                    lines[k] = _turned(lines[k], forward[k] == (aside[k].mean() > planes.mean()))
     kept = ~replaced
     marked = np.concatenate([np.ones(len(faces), dtype=np.bool_), partition[kept]])
     return np.concatenate([np.array(faces).reshape(-1, 4), lines[kept]]), marked
+
+
+def _stretches(z: FloatArray, along: FloatArray, offset: FloatArray, length: float) -> list[tuple[float, float]]:
+    """From where to where something stands on a line, m along it: a line goes on across what stands apart."""
+    standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1]) & (np.abs(offset) < _MAX_THICKNESS / 2)
+    places = np.unique((np.clip(along[standing], 0, length) / _STEP).astype(np.int64))
+    if len(places) == 0:
+        return []
+    runs = np.split(places, np.flatnonzero(np.diff(places) > _APART / _STEP) + 1)
+    ends = [(max(run[0] * _STEP, 0.0), min((run[-1] + 1) * _STEP, length)) for run in runs]
+    return [(low, high) for low, high in ends if high - low >= _MIN_LENGTH]
+
+
+def _partition(
+    line: FloatArray, z: FloatArray, along: FloatArray, offset: FloatArray, covariance: FloatArray, height: float
+) -> tuple[FloatArray, IntArray] | None:
+    """Offsets at start and end (1 or 2 planes, 2), m, of the faces of a partition along a line (4,), and the sides
+    (1: left, -1: right) on which the room before each lies; None where no partition stands."""
+    length = float(np.hypot(*(line[2:] - line[:2])))
+    planes = _two_planes(line, z, along, offset, covariance)
+    top = _top(z, offset)
+    sides = np.array([-1, 1])
+    if planes is None and _DOOR_HEIGHT < top < height - 0.3:
+        planes, sides = _screen(length, z, along, offset) or (None, sides)
+    elif planes is not None and not _stands_free(planes, length, z, along, offset, height):
+        return None
+    if planes is None or (
+        top < _DOOR_HEIGHT and (length < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)
+    ):
+        return None
+    return planes, sides
 
 
 def _turned(line: FloatArray, keep: bool) -> FloatArray:

@@ -120,7 +120,7 @@ def _plan_by_profiles(
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
     openings = find_openings(faces, elevations, scores, voxels, level.index)
-    enclosed = find_rooms(faces, openings.doors, voxels)
+    enclosed = find_rooms(faces, openings.doors, elevations, voxels)
     faces = finish_faces(draw_room_faces(faces, enclosed, openings.doors, elevations, scores, voxels))
     wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
     rooms = measure_rooms(enclosed, voxels, level, evidence.scans)

@@ -16,7 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt import _core
-from asbuilt.elevations import ON_PLANE, ceiling_heights
+from asbuilt.elevations import ON_PLANE, Elevations, ceiling_heights
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Opening, Point, Room, Wall
@@ -76,6 +76,8 @@ class _Edges:
     right: IntArray
     facing: IntArray
     """+1 where a face looks to the left, -1 to the right, 0 where no face lies."""
+    face: IntArray
+    """Which face that is; -1 for none."""
 
     @property
     def length(self) -> FloatArray:
@@ -83,7 +85,9 @@ class _Edges:
         return length
 
 
-def find_rooms(faces: list[Face], doors: Sequence[Opening], voxels: StoreyVoxels) -> list[shapely.Polygon]:
+def find_rooms(
+    faces: list[Face], doors: Sequence[Opening], elevations: Elevations, voxels: StoreyVoxels
+) -> list[shapely.Polygon]:
     """Polygons of the rooms that wall faces enclose, m from the storey's origin; largest first.
 
     `doors`, in the input's frame, part rooms even where nothing shows above them. None where there are no faces.
@@ -98,10 +102,12 @@ def find_rooms(faces: list[Face], doors: Sequence[Opening], voxels: StoreyVoxels
     cells = shapely.normalize(cells)
     edges = _edges(cells, segments)
     seen = _share_seen(cells, voxels)
+    # Of a free-standing partition one face may be all that was seen: a room may lie behind it.
+    backed = ~elevations.partition[[face.line for face in faces]][edges.face]
     inside, outside = np.zeros(len(cells)), np.zeros(len(cells))
     for cell, sign in ((edges.left, 1), (edges.right, -1)):
-        for facing, total in ((sign, inside), (-sign, outside)):
-            chosen = (cell >= 0) & (edges.facing == facing)
+        for chosen, total in ((edges.facing == sign, inside), ((edges.facing == -sign) & backed, outside)):
+            chosen = chosen & (cell >= 0)
             np.add.at(total, cell[chosen], edges.length[chosen])
     # The body of a wall lies behind its faces.
     indoor = (inside >= outside) & (seen > 0.3)
@@ -303,7 +309,9 @@ def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
     facing = np.zeros(len(ends), dtype=np.int64)
     way = ((ends[edge, 2:] - ends[edge, :2]) * (segments[face, 2:] - segments[face, :2])).sum(axis=1)
     facing[edge] = np.sign(way).astype(np.int64)
-    return _Edges(ends, left, right, facing)
+    on = np.full(len(ends), -1)
+    on[edge] = face
+    return _Edges(ends, left, right, facing, on)
 
 
 def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
