@@ -23,6 +23,8 @@ _DOOR_HEIGHT = 1.95
 _STEP = 0.05
 _APART = 0.3
 """What stands on a line further apart than this is not one thing, m, as seen in steps of so many m."""
+_SIDE = 0.25
+"""What is looked for of a cupboard's side, m."""
 _SHARED = 0.09
 """The faces of a partition thinner than this share voxels, m."""
 
@@ -157,11 +159,12 @@ def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray)
         return None
     if covered(standing & (np.abs(offset) < 0.03)) < 0.9:
         return None
-    body = standing & (behind > 0.1) & (behind < 0.35)
+    body = standing & (behind > 0.1) & (behind < 0.1 + _SIDE)
+    side = _SIDE * (standing & (np.abs(offset) < 0.03)).sum() / length
     open_ends = [
         tip
         for tip, low in ((0.0, 0.0), (length, length - 1.0))
-        if (body & (np.abs(along - tip) < 0.08)).sum() <= 5 and covered(body, low, low + 1.0) < 0.1
+        if (body & (np.abs(along - tip) < 0.08)).sum() < 0.25 * side and covered(body, low, low + 1.0) < 0.35
     ]
     if not open_ends:
         return None
