@@ -17,7 +17,7 @@ _BODY = 0.5
 """Thickest wall in whose body bits are looked for, m."""
 _GAP = 0.3
 """Narrower gaps between faces of one plane are no openings, m."""
-_ASIDE = 0.03
+_ASIDE = 0.04
 """Pieces of one face lie this near to the line between their outer ends, m."""
 _TURNED = np.cos(np.radians(8.0))
 """And are turned against it by less than this."""

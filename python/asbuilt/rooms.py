@@ -59,8 +59,8 @@ _MIN_VOXELS = 20
 """A floor or ceiling of fewer voxels was not seen."""
 _SAME = 1e-4
 """What lies this near is the same, m."""
-_SAMPLED = 2
-"""Floor and ceiling are looked for in every so many cells each way."""
+_SAMPLED = 4
+"""Floor and ceiling are looked for in squares of so many ground cells each way: from afar they are seen in few."""
 _NARROW = 0.2
 """Narrower cells are too small to tell whether floor or ceiling was seen, m."""
 _ASIDE = 0.05
@@ -317,13 +317,11 @@ def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
 def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     """Share of each cell over or under which floor or ceiling was seen (n,)."""
     low, top = voxels.first[:-1], voxels.first[1:] - 1
-    index = voxels.index[low]
-    sampled = (index % _SAMPLED == 0).all(axis=1)
-    sampled &= (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
-    places = shapely.points((index[sampled] + 0.5) * voxels.voxel)
+    level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
+    size = _SAMPLED * voxels.voxel
+    places = shapely.points((np.unique(voxels.index[low[level]] // _SAMPLED, axis=0) + 0.5) * size)
     cell, _ = shapely.STRtree(places).query(cells, predicate="contains")
-    area = (_SAMPLED * voxels.voxel) ** 2
-    share: FloatArray = np.bincount(cell, minlength=len(cells)) * area / np.maximum(shapely.area(cells), 1e-6)
+    share: FloatArray = np.bincount(cell, minlength=len(cells)) * size**2 / np.maximum(shapely.area(cells), 1e-6)
     # A strip may pass between the cells that are looked at.
     narrow = 2 * shapely.area(cells) < _NARROW * shapely.length(cells)
     share[narrow] = 1.0
