@@ -60,7 +60,10 @@ def _next_piece(i: int, faces: list[Face]) -> int | None:
             continue
         whole = replace(face, end=other.end)
         inner = np.array([face.end, other.start]) - whole.start
-        if np.abs(inner @ whole.normal).max() > _ASIDE or min(face.along @ whole.along, other.along @ whole.along) < _TURNED:
+        if (
+            np.abs(inner @ whole.normal).max() > _ASIDE
+            or min(face.along @ whole.along, other.along @ whole.along) < _TURNED
+        ):
             continue
         met = [
             float(np.hypot(*(tip - end))) < _SAME
@@ -84,7 +87,10 @@ def _is_inside_wall(face: Face, faces: list[Face]) -> bool:
         relative = tips - other.start
         place, aside = relative @ other.along, relative @ other.normal
         return bool(
-            (place > 0.05).all() and (place < other.length - 0.05).all() and (aside < 0.01).all() and (aside > -_BODY).all()
+            (place > 0.05).all()
+            and (place < other.length - 0.05).all()
+            and (aside < 0.01).all()
+            and (aside > -_BODY).all()
         )
 
     before = [other for other in faces if other is not face and other.length > _BIT and stands_behind(other)]

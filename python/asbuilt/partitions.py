@@ -100,9 +100,7 @@ def _partition(
         planes, sides = _screen(length, z, along, offset) or (None, sides)
     elif planes is not None and not _stands_free(planes, length, z, along, offset, height):
         return None
-    if planes is None or (
-        top < _DOOR_HEIGHT and (length < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)
-    ):
+    if planes is None or (top < _DOOR_HEIGHT and (length < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)):
         return None
     return planes, sides
 
