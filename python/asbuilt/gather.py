@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import hashlib
 import json
@@ -35,7 +36,7 @@ def gather_evidence(
     progress : called with points read and points promised, some ten times a second.
     skip_bad : leave bad files out whole, and name them in `Evidence.errors`, instead of raising.
     resume : folder in which the evidence of each file is kept as soon as it is read; what it holds already is not read
-        again. It is made if need be, and left for the caller to remove.
+        again. It is made if need be, and left for the caller to remove unless it stayed empty.
 
     Raises
     ------
@@ -56,13 +57,18 @@ def gather_evidence(
         if folder is not None:
             unread[number].evidence(core, not_finite).save(unread[number].part(folder))
 
-    core, reports = _core.Evidence.gather(
-        [scan.file.path for scan in unread],
-        **core_options(cloud, parameters),
-        threads=threads or os.cpu_count() or 1,
-        progress=None if progress is None else lambda done: progress(before + done, promised),
-        on_file=None if folder is None else keep,
-    )
+    try:
+        core, reports = _core.Evidence.gather(
+            [scan.file.path for scan in unread],
+            **core_options(cloud, parameters),
+            threads=threads or os.cpu_count() or 1,
+            progress=None if progress is None else lambda done: progress(before + done, promised),
+            on_file=None if folder is None else keep,
+        )
+    finally:
+        if folder is not None:
+            with contextlib.suppress(OSError):  # it holds something
+                folder.rmdir()
     bad = [error for *_, error in reports if error is not None]
     if bad and not skip_bad:
         raise bad[0]
