@@ -26,6 +26,11 @@ UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "us-ft": 12
 UP_AXES = {"z": (1, 2, 3), "y": (1, -3, 2), "x": (2, 3, 1), "-z": (1, -2, -3), "-y": (1, 3, -2), "-x": (-2, 3, -1)}
 """For each upward axis of a file: the signed axes (1 to 3) that become x, y, z. All are rotations, none a mirror."""
 
+_TABLES = frozenset({".txt", ".csv", ".tsv", ".asc"})
+"""In a folder these may also be notes, lists and schedules, such as ours."""
+
+_LONGEST = 240
+"""Characters of a message about a file, beside its name."""
 _HASHED_WHOLE = 64 * 2**20
 _BLOCK = 2**16
 
@@ -86,11 +91,13 @@ class PointCloud:
     files : in the order of their paths.
     unit : metres in one unit of the files.
     axes : signed axes of the files that become x, y, z; see `UP_AXES`.
+    passed_over : texts in folders that hold no points, a line each with the reason.
     """
 
     files: tuple[InputFile, ...]
     unit: float = 1.0
     axes: tuple[int, int, int] = (1, 2, 3)
+    passed_over: tuple[str, ...] = ()
 
     def __iter__(self) -> Iterator[FloatArray]:
         """The points, m, z up, in batches of shape (n, 3)."""
@@ -124,7 +131,7 @@ def read(
     """Open files, folders (with all they hold) and glob patterns as one cloud; points are not read yet.
 
     Evidence files may be among them (but are not looked for in folders): they are in metres, z up, whatever `unit` and
-    `up` say.
+    `up` say. Texts and tables in folders are taken where they hold points, else passed over.
 
     Parameters
     ----------
@@ -147,23 +154,36 @@ def read(
     paths: list[PathLike] = []
     for given in inputs:
         paths.extend(given if isinstance(given, Sequence) and not isinstance(given, str) else [given])
-    files = tuple(_open(path, skip_bad) for path in find_files(paths))
-    return PointCloud(files, metres, axes)
+    files, passed_over = [], []
+    for path, is_named in find_files(paths).items():
+        file = _open(path)
+        if file.error is not None and not is_named and path.suffix.lower() in _TABLES:
+            passed_over.append(str(file.error))
+        elif file.error is not None and not skip_bad:
+            raise file.error
+        else:
+            files.append(file)
+    if not files:
+        raise InputError(f"no input holds points: {passed_over[0]}")
+    return PointCloud(tuple(files), metres, axes, tuple(passed_over))
 
 
-def find_files(inputs: Sequence[PathLike]) -> list[Path]:
-    """The files that inputs (files, folders, globs) name, each once, sorted.
+def find_files(inputs: Sequence[PathLike]) -> dict[Path, bool]:
+    """The files that inputs (files, folders, globs) name, sorted, and of each whether it was named, not its folder.
+
+    Hidden files in folders are left alone.
 
     Raises
     ------
     InputError : an input does not exist, or matches or holds no cloud.
     """
-    found: set[Path] = set()
+    found: dict[Path, bool] = {}
     suffixes = {f".{suffix}" for _, known in _core.formats() for suffix in known}
     for given in inputs:
         path = Path(given)
         if path.is_dir():
-            within = [p for p in path.rglob("*") if p.suffix.lower() in suffixes and p.is_file()]
+            every = (p for p in path.rglob("*") if p.suffix.lower() in suffixes and not p.name.startswith("."))
+            within = [p for p in every if p.is_file()]
             if not within:
                 raise InputError(f"{path}: the folder holds no cloud; expected files of {', '.join(sorted(suffixes))}")
         elif path.exists():
@@ -172,13 +192,13 @@ def find_files(inputs: Sequence[PathLike]) -> list[Path]:
             within = [Path(match) for match in glob.glob(str(given), recursive=True) if not os.path.isdir(match)]
             if not within:
                 raise InputError(f"{given}: no such file or folder, and as a pattern it matches nothing")
-        found.update(within)
+        found |= {file: found.get(file, False) or not path.is_dir() for file in within}
     if not found:
         raise InputError("no input given; expected files, folders or patterns")
-    return sorted(found)
+    return dict(sorted(found.items()))
 
 
-def _open(path: Path, skip_bad: bool) -> InputFile:
+def _open(path: Path) -> InputFile:
     try:
         header = _core.read_header(path)
         if header["evidence"] is not None:
@@ -187,10 +207,10 @@ def _open(path: Path, skip_bad: bool) -> InputFile:
     except OSError as error:
         bad = InputError(f"{path}: {error.strerror}")
     except InputError as error:
-        bad = error
+        told = str(error)  # what a damaged header holds has no end
+        cut = len(str(path)) + _LONGEST
+        bad = error if len(told) <= cut else InputError(f"{told[:cut]}...")
     except ValueError:
         bad = InputError(f"{path}: expected its inputs in the evidence file, found other text; it is damaged")
-    if not skip_bad:
-        raise bad
     unknown = dict.fromkeys(("points", "bounds", "crs", "evidence"))
     return InputFile(path, 0, {"format": "unreadable", "scans": [], "notes": [], "parts": 0, **unknown}, bad)

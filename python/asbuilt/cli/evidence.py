@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
+from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, open_cloud, progress_bar, say
 from asbuilt.errors import OutputError
 from asbuilt.export.atomic import check_place
 
@@ -78,7 +78,7 @@ def evidence_command(
     parameters = EvidenceParameters(occupancy=occupancy, preview=preview)
     if voxel is not None:
         parameters = EvidenceParameters(voxel, occupancy, preview)
-    cloud = asbuilt.read(*inputs, *add_to or (), unit=unit, up=up, skip_bad=skip_bad)
+    cloud = open_cloud([*inputs, *(add_to or ())], unit, up, skip_bad)
     parts = output.with_name(f"{output.name}.parts")
     with progress_bar("reading") as progress:
         if dask is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, progress_bar, say
+from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, open_cloud, progress_bar, say
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
@@ -44,7 +44,7 @@ def info_command(
     import asbuilt
     from asbuilt.frame import doubt_up
 
-    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    cloud = open_cloud(inputs, unit, up, skip_bad)
     _print_files(cloud)
     errors = tuple(file.error for file in cloud.files if file.error is not None)
     if headers:

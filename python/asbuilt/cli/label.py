@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from asbuilt.cli.options import Inputs, SkipBad, Unit, Up, progress_bar, say
+from asbuilt.cli.options import Scans, SkipBad, Unit, Up, open_cloud, progress_bar, say
 
 
 def label_command(
-    inputs: Inputs,
+    inputs: Scans,
     plan: Annotated[
         Path,
         typer.Option("--plan", "-p", metavar="PLAN", help="The plan.geojson made from them.", show_default=False),
@@ -50,7 +50,7 @@ def label_command(
 
     import asbuilt
 
-    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    cloud = open_cloud(inputs, unit, up, skip_bad)
     drawn = asbuilt.load_plan(plan)
     with progress_bar("labelling") as progress:
         counts = label_cloud(cloud, drawn, output, tolerance=tolerance, progress=progress)

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+if TYPE_CHECKING:
+    from asbuilt.read import PointCloud
+
+_SCANS = "Files, folders and glob patterns: LAS, LAZ, COPC, E57, PLY, PTS, PTX, PCD, XYZ, TXT, CSV"
+
+Scans = Annotated[list[Path], typer.Argument(metavar="INPUT", help=f"{_SCANS}.", show_default=False)]
 Inputs = Annotated[
     list[Path],
     typer.Argument(
-        metavar="INPUT",
-        help="Files, folders and glob patterns: LAS, LAZ, COPC, E57, PLY, PTS, PTX, PCD, XYZ, TXT, CSV.",
-        show_default=False,
+        metavar="INPUT", help=f"{_SCANS}; and evidence files, which asbuilt evidence makes of them.", show_default=False
     ),
 ]
 Unit = Annotated[
@@ -35,6 +39,16 @@ Threads = Annotated[
         rich_help_panel="Reading",
     ),
 ]
+
+
+def open_cloud(inputs: Sequence[Path], unit: str, up: str, skip_bad: bool) -> PointCloud:
+    """`asbuilt.read`; what it passes over in folders is said."""
+    import asbuilt
+
+    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    for reason in cloud.passed_over:
+        say(f"asbuilt: note: no points, passed over: {reason}")
+    return cloud
 
 
 @contextlib.contextmanager

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, progress_bar, say
+from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, open_cloud, progress_bar, say
 from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, check_outputs, write_outputs
 from asbuilt.errors import ParameterError
 
@@ -91,6 +91,10 @@ def plan_command(
 
         asbuilt plan scans/ -o plan.geojson -o plan.dxf -o plan.png
 
+    Of evidence, which is gathered once and planned as often as you like (see asbuilt evidence):
+
+        asbuilt plan school.evidence -o school.dxf --set walls.bridge=3
+
     The second storey of a cloud in millimetres, y up:
 
         asbuilt plan house.ply --unit mm --up y --storey 1 -o upstairs.svg
@@ -132,7 +136,7 @@ def plan_command(
     import asbuilt
     from asbuilt.frame import check_upright
 
-    cloud = asbuilt.read(*inputs, unit=unit, up=up or "z", skip_bad=skip_bad)
+    cloud = open_cloud(inputs, unit, up or "z", skip_bad)
     with progress_bar("reading") as progress:
         evidence = asbuilt.gather_evidence(
             cloud, parameters.evidence, threads=threads, progress=progress, skip_bad=skip_bad
