@@ -91,7 +91,8 @@ def _partition(
     line: FloatArray, z: FloatArray, along: FloatArray, offset: FloatArray, covariance: FloatArray, height: float
 ) -> tuple[FloatArray, IntArray] | None:
     """Offsets at start and end (1 or 2 planes, 2), m, of the faces of a partition along a line (4,), and the sides
-    (1: left, -1: right) on which the room before each lies; None where no partition stands."""
+    (1: left, -1: right) on which the room before each lies; None where no partition stands.
+    """
     length = float(np.hypot(*(line[2:] - line[:2])))
     planes = _two_planes(line, z, along, offset, covariance)
     top = _top(z, offset)
