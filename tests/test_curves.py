@@ -89,12 +89,19 @@ def test_chains_turn_steadily() -> None:
     assert find_chains([]) == []
 
 
+def voxels_at(xy: np.ndarray, z: np.ndarray) -> StoreyVoxels:
+    """Voxels with these means, in the order of their ground cells."""
+    index = np.floor(xy / 0.05).astype(np.int64)
+    order = np.lexsort((z, index[:, 1], index[:, 0]))
+    return StoreyVoxels(np.zeros(2), index[order], xy[order], z[order], np.zeros((len(z), 3)), 0.05, 2.6)
+
+
 def arc_voxels(radius: float, sigma: float = 0.002) -> StoreyVoxels:
     turns = np.repeat(np.linspace(0, np.pi / 2, 200), 20)
     z = np.tile(np.linspace(0.2, 2.4, 20), 200)
     off = radius + np.random.default_rng(0).normal(0, sigma, len(z))
     xy = np.column_stack([off * np.cos(turns), off * np.sin(turns)])
-    return StoreyVoxels(np.zeros(2), np.zeros((len(z), 2), int), xy, z, np.zeros((len(z), 3)), 0.05, 2.6)
+    return voxels_at(xy, z)
 
 
 def test_a_circle_through_its_voxels() -> None:
@@ -133,7 +140,7 @@ def faceted_voxels(degrees: np.ndarray, radius: float, sigma: float = 0.002) -> 
     xy = np.concatenate([a + share * (b - a) for a, b in pairwise(vertices)]).repeat(20, axis=0)
     z = np.tile(np.linspace(0.2, 2.4, 20), len(xy) // 20)
     xy = xy + np.random.default_rng(0).normal(0, sigma, xy.shape)
-    return StoreyVoxels(np.zeros(2), np.zeros((len(z), 2), int), xy, z, np.zeros((len(z), 3)), 0.05, 2.6)
+    return voxels_at(xy, z)
 
 
 @pytest.mark.parametrize("clockwise", [False, True])
@@ -161,7 +168,5 @@ def test_a_true_arc_stays_an_arc() -> None:
 
 
 def test_what_was_hardly_seen_has_no_facets() -> None:
-    nothing = StoreyVoxels(
-        np.zeros(2), np.zeros((0, 2), int), np.zeros((0, 2)), np.zeros(0), np.zeros((0, 3)), 0.05, 2.6
-    )
+    nothing = voxels_at(np.zeros((0, 2)), np.zeros(0))
     assert find_facets(np.radians([0.0, 90.0]), (np.zeros(2), AROUND), nothing) is None

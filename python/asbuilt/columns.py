@@ -90,13 +90,9 @@ def find_columns(voxels: StoreyVoxels, storey: int) -> tuple[Column, ...]:
 
 
 def _about(shape: Shape, voxels: StoreyVoxels) -> IntArray:
-    """Indices of the voxels within some metre of a shape. Voxels come sorted by the first axis of their cells."""
+    """Indices of the voxels within some metre of a shape."""
     reach = max(shape.width, shape.depth) / 2 + 0.7
-    cell = np.floor(shape.centre / voxels.voxel).astype(np.int64)
-    wide = int(reach / voxels.voxel) + 1
-    low, high = np.searchsorted(voxels.index[:, 0], (cell[0] - wide, cell[0] + wide))
-    beside = np.abs(voxels.xy[low:high] - shape.centre).max(axis=1) < reach
-    return np.asarray(low + np.flatnonzero(beside))
+    return voxels.in_box(shape.centre - reach, shape.centre + reach)
 
 
 def drop_sides(faces: list[Face], columns: tuple[Column, ...], voxels: StoreyVoxels) -> list[Face]:

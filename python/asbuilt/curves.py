@@ -12,9 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.faces import Face
-from asbuilt.grid import FloatArray
+from asbuilt.grid import BoolArray, FloatArray
 from asbuilt.profiles import StoreyVoxels
 
 _MAX_CHORD = 3.5
@@ -96,9 +95,8 @@ def fit_circle(chain: list[Face], voxels: StoreyVoxels) -> tuple[FloatArray, flo
     Algebraic least squares (Kasa 1976), twice, the second time on what lies near the first.
     """
     segments = np.array([np.concatenate([face.start, face.end]) for face in chain])
-    standing = voxels.xy[(voxels.z > 0.3) & (voxels.z < voxels.height - 0.1)]
-    _, point, _, _ = _core.strips(standing, segments, 0.06, 0.0)
-    xy = standing[np.unique(point)]
+    near = np.unique(voxels.strips(segments, 0.06)[1])
+    xy = voxels.xy[near[_is_standing(voxels.z[near], voxels)]]
     if len(xy) < 30:
         return None
     origin = xy.mean(axis=0)
@@ -136,6 +134,11 @@ def _in_turn(chords: list[Face], circle: tuple[FloatArray, float]) -> list[Face]
     order = np.argsort(angle, kind="stable")
     gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
     return [chords[i] for i in np.roll(order, -int(gaps.argmax()) - 1)]
+
+
+def _is_standing(z: FloatArray, voxels: StoreyVoxels) -> BoolArray:
+    """Which heights above the floor, m, are those of walls."""
+    return (z > 0.3) & (z < voxels.height - 0.1)
 
 
 def _on_circle(face: Face, circle: tuple[FloatArray, float], chords: list[Face]) -> bool:
@@ -201,8 +204,8 @@ def find_facets(turns: FloatArray, circle: tuple[FloatArray, float], voxels: Sto
     units of the noise, and a toll for each; the wall is round if the circle takes less.
     """
     centre, radius = circle
-    standing = (voxels.z > 0.3) & (voxels.z < voxels.height - 0.1)
-    apart = voxels.xy[standing] - centre
+    about = voxels.in_box(centre - radius - 2 * _MAX_RMS, centre + radius + 2 * _MAX_RMS)
+    apart = voxels.xy[about[_is_standing(voxels.z[about], voxels)]] - centre
     distance = np.hypot(*apart.T)
     near = np.abs(distance - radius) < 2 * _MAX_RMS
     way = float(np.sign(turns[1] - turns[0]))

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.profiles import TOP_CELL, StoreyVoxels
 
@@ -98,7 +97,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         [ceiling_heights(place, direction[line_of], side * normal[line_of], voxels) for side in (1, -1)]
     )
 
-    line, voxel, position, offset = _core.strips(voxels.xy, lines, _DEPTH, MARGIN)
+    line, voxel, position, offset = voxels.strips(lines, _DEPTH, MARGIN)
     per_line = np.bincount(line, minlength=len(lines))
     at = ((position + MARGIN) / step).astype(np.int64) + np.repeat(first[:-1], per_line)
     hits = _Hits(np.minimum(at, np.repeat(first[1:] - 1, per_line)), voxels.z[voxel], offset)

@@ -13,7 +13,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.elevations import ON_PLANE, Elevations, close_gaps, smooth
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.params import WallParameters
@@ -225,11 +224,15 @@ def _have_jambs(gaps: list[tuple[Face, Face]], voxels: StoreyVoxels) -> BoolArra
         tips = np.array([before.start, before.end, after.start, after.end])
         near = tips[np.argsort((tips - before.start) @ before.along)[1:3]]
         about += [np.hstack([tip - 0.1 * before.along, tip + 0.1 * before.along]) for tip in near]
-    low = voxels.xy[(voxels.z > 0.2) & (voxels.z < 1.9)]
-    tip, _, _, offset = _core.strips(low, np.array(about), 0.08, 0.0)
-    behind = np.bincount(tip[offset < -(ON_PLANE + 0.005)], minlength=len(about))
-    jambs: BoolArray = (behind >= 8).reshape(-1, 2).max(axis=1)
+    tip, voxel, _, offset = voxels.strips(np.array(about), 0.08)
+    behind = (offset < -(ON_PLANE + 0.005)) & _is_low(voxels.z[voxel])
+    jambs: BoolArray = (np.bincount(tip[behind], minlength=len(about)) >= 8).reshape(-1, 2).max(axis=1)
     return jambs
+
+
+def _is_low(z: FloatArray) -> BoolArray:
+    """Which heights above the floor, m, are those of doors, where a jamb shows."""
+    return (z > 0.2) & (z < 1.9)
 
 
 def _without(face: Face, before: Face, after: Face) -> list[Face]:
@@ -259,9 +262,8 @@ def snap_to_jambs(faces: list[Face], voxels: StoreyVoxels, reach: float = 0.2) -
         return faces
     tips = np.array([tip for face in faces for tip in (face.start, face.end)])
     along = np.array([face.along for face in faces for _ in (0, 1)])
-    low = voxels.xy[(voxels.z > 0.2) & (voxels.z < 1.9)]
-    tip, _, place, offset = _core.strips(low, np.hstack([tips - reach * along, tips + reach * along]), 0.12, 0.0)
-    behind = offset < -(ON_PLANE + 0.005)
+    tip, voxel, place, offset = voxels.strips(np.hstack([tips - reach * along, tips + reach * along]), 0.12)
+    behind = (offset < -(ON_PLANE + 0.005)) & _is_low(voxels.z[voxel])
     tip, place = tip[behind], place[behind] - reach
     moved = tips.copy()
     for i in range(len(tips)):
@@ -348,7 +350,7 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     if not faces:
         return ()
     segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
-    face_of, voxel, along, offset = _core.strips(voxels.xy, segments, ON_PLANE, 0.0)
+    face_of, voxel, along, offset = voxels.strips(segments, ON_PLANE, 0.0)
     standing = (voxels.z[voxel] > 0.15) & (voxels.z[voxel] < voxels.height - 0.1)
     face_of, voxel, along, offset = face_of[standing], voxel[standing], along[standing], offset[standing]
     normal = np.array([face.normal for face in faces])[face_of]

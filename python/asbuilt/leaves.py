@@ -11,7 +11,6 @@ from typing import Literal
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.grid import FloatArray
 from asbuilt.profiles import StoreyVoxels
 
@@ -60,10 +59,10 @@ def find_leaves(lines: FloatArray, thickness: FloatArray, sill: FloatArray, voxe
     if len(lines) == 0:
         return []
     # One layer of voxels in three shows a leaf as well.
-    level = np.flatnonzero((voxels.z > _HEIGHTS[0] - 0.3) & (voxels.z < _HEIGHTS[1] + 0.5))
-    level = level[np.floor(voxels.z[level] / voxels.voxel).astype(np.int64) % 3 == 0]
-    of_line, voxel, along, offset = _core.strips(voxels.xy[level], lines, _WIDEST + 0.6, _WIDEST + 0.5)
-    z = voxels.z[level][voxel]
+    of_line, voxel, along, offset = voxels.strips(lines, _WIDEST + 0.6, _WIDEST + 0.5)
+    z = voxels.z[voxel]
+    level = (z > _HEIGHTS[0] - 0.3) & (z < _HEIGHTS[1] + 0.5) & (np.floor(z / voxels.voxel) % 3 == 0)
+    of_line, along, offset, z = of_line[level], along[level], offset[level], z[level]
     first = np.searchsorted(of_line, np.arange(len(lines) + 1))
     found = []
     for i, (x1, y1, x2, y2) in enumerate(lines.tolist()):

@@ -14,7 +14,6 @@ from typing import Literal, TypedDict
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.elevations import Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -166,9 +165,8 @@ def floors_beyond(sides: WallSides, voxels: StoreyVoxels, boxes: list[Box]) -> F
         behind = float(np.median(sides.twin[box.low : box.high])) + 0.5
         segments[i] = np.tile(behind * np.array([along[1], -along[0]]), 2) + np.concatenate([start, end])
         floor[i] = np.median(sides.floor[box.low : box.high])
-    level = (np.abs(voxels.z) < 0.75) | (voxels.z > 2.0)
-    of_box, voxel, place, offset = _core.strips(voxels.xy[level], segments, 0.4, 0.0)
-    z = voxels.z[level][voxel]
+    of_box, voxel, place, offset = voxels.strips(segments, 0.4)
+    z = voxels.z[voxel]
     deep, high = 8, 21
     length = np.maximum(np.hypot(*(segments[:, 2:] - segments[:, :2]).T), 0.1)
     wide = int(length.max(initial=0) / 0.1) + 1

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.profiles import StoreyVoxels
 
@@ -40,7 +39,7 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     replaced = partition.copy()
     faces: list[FloatArray] = []
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    line, voxel, along, offset = _core.strips(voxels.xy, lines, _MAX_THICKNESS + 0.15, 0.1)
+    line, voxel, along, offset = voxels.strips(lines, _MAX_THICKNESS + 0.15, 0.1)
     z = voxels.z[voxel]
     first = np.searchsorted(line, np.arange(len(lines) + 1))
     for i in np.flatnonzero(length >= _MIN_LENGTH):

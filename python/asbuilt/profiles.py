@@ -6,11 +6,13 @@ heights they fill and where, to a millimetre, their points lie.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from asbuilt import _core
 from asbuilt.evidence import Evidence, count_rows
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.storeys import Level, in_company
@@ -59,6 +61,26 @@ class StoreyVoxels:
         x, y = np.ascontiguousarray(self.index.T)
         new = np.flatnonzero((np.diff(x) != 0) | (np.diff(y) != 0)) + 1
         return np.concatenate([[0], new, [len(x)]]) if len(x) else np.zeros(1, dtype=np.int64)
+
+    @cached_property
+    def _places(self) -> _core.Places:
+        return _core.Places(self.xy, self.index.astype(np.int64, copy=False), self.voxel)
+
+    def strips(
+        self, segments: FloatArray, half_width: float, margin: float = 0.0
+    ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """The voxels within `half_width` (m) of each segment (n, 4) and at most `margin` (m) beyond its ends.
+
+        Returns
+        -------
+        segment, voxel : (h,) indices, in their order.
+        along, offset : (h,) m from the segment's start, and to its left.
+        """
+        return self._places.strips(np.ascontiguousarray(segments), half_width, margin)
+
+    def in_box(self, low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> IntArray:
+        """Indices (h,) of the voxels in a rectangle between two corners (2,), m; in order."""
+        return self._places.in_box((float(low[0]), float(low[1])), (float(high[0]), float(high[1])))
 
     @cached_property
     def tops(self) -> tuple[IntArray, FloatArray]:

@@ -13,7 +13,6 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from asbuilt import _core
 from asbuilt.elevations import MARGIN, Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray
@@ -79,7 +78,6 @@ def draw_room_faces(
     tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
     straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
     elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
-    standing = voxels.xy[(voxels.z > 0.2) & (voxels.z < voxels.height - 0.1)]
     drawn: list[Face] = []
     taken = np.zeros(len(faces), dtype=np.bool_)
     for side in sides:
@@ -99,7 +97,7 @@ def draw_room_faces(
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
         # What stands free in a room shows on all its sides, or is none of a wall.
         beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _DOUBLE / 2) & (shared > 0.3 * side.length)).any())
-        wall = _without(_filled(side, stretches, own, gone, elevations, scores, standing, beside), gone)
+        wall = _without(_filled(side, stretches, own, gone, elevations, scores, voxels, beside), gone)
         for low, high in wall:
             if high - low < 0.1:
                 continue
@@ -168,7 +166,7 @@ def _filled(
     gone: list[tuple[float, float]],
     elevations: Elevations,
     scores: FloatArray,
-    standing: FloatArray,
+    voxels: StoreyVoxels,
     beside: bool,
 ) -> list[tuple[float, float]]:
     """The stretches of a side on which faces stand, and those between them on which wall is hidden."""
@@ -178,7 +176,7 @@ def _filled(
     else:
         # Beside another face, what shows is that one.
         rest = [] if beside else rest
-        hidden = [(a, b) for a, b in rest if _shows(side, a, b, standing, elevations.step)]
+        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels, elevations.step)]
     return _merged(stretches + hidden)
 
 
@@ -200,14 +198,15 @@ def _is_hidden(
     return against < (0.7 if high - low < _SHORT else 0.3)
 
 
-def _shows(side: _Side, low: float, high: float, standing: FloatArray, step: float) -> bool:
+def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, step: float) -> bool:
     """Whether something stands on a stretch of a side without faces."""
     length = high - low
     if not 0.1 < length < _ALONE[1]:
         return False
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
-    _, _, place, _ = _core.strips(standing, segment, _ON_SIDE, 0.0)
-    counts = np.bincount((place / step).astype(np.int64), minlength=1)
+    _, voxel, place, _ = voxels.strips(segment, _ON_SIDE)
+    standing = (voxels.z[voxel] > 0.2) & (voxels.z[voxel] < voxels.height - 0.1)
+    counts = np.bincount((place[standing] / step).astype(np.int64), minlength=1)
     return bool((counts >= 6).sum() * step > _SHOWS[length > _ALONE[0]] * length)
 
 

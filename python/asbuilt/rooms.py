@@ -15,7 +15,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from asbuilt import _core
 from asbuilt.elevations import ON_PLANE, Elevations, ceiling_heights
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -138,13 +137,15 @@ def measure_rooms(
     """
     order = sorted(polygons, key=lambda p: (-round(p.centroid.y / _ROW), p.centroid.x))
     digits = max(2, len(str(len(order))))
-    floors = np.flatnonzero(np.abs(voxels.z) < _FLOOR)
-    tops = voxels.first[1:] - 1
-    tops = tops[voxels.z[tops] > _HEADROOM]
+    top = np.zeros(len(voxels.z), dtype=np.bool_)
+    top[voxels.first[1:] - 1] = True
     rooms = []
     for number, polygon in enumerate(order, start=1):
         inner = polygon.buffer(-_ASIDE)
-        on_floor, at_ceiling = (_inside(inner, chosen, voxels) for chosen in (floors, tops))
+        near = voxels.in_box(inner.bounds[:2], inner.bounds[2:])
+        z = voxels.z[near]
+        looked_at = (np.abs(z) < _FLOOR, top[near] & (z > _HEADROOM))
+        on_floor, at_ceiling = (_inside(inner, near[chosen], voxels) for chosen in looked_at)
         floor, ceiling = _level_of(voxels.z[on_floor]), _level_of(voxels.z[at_ceiling])
         here = tuple(
             key
@@ -201,9 +202,6 @@ def _level_of(z: FloatArray) -> float | None:
 
 def _inside(polygon: shapely.Polygon, chosen: IntArray, voxels: StoreyVoxels) -> IntArray:
     """Those of the chosen voxels that are within a polygon."""
-    x0, y0, x1, y1 = polygon.bounds
-    x, y = voxels.xy[chosen].T
-    chosen = chosen[(x > x0) & (x < x1) & (y > y0) & (y < y1)]
     shapely.prepare(polygon)
     inside: IntArray = chosen[shapely.contains_xy(polygon, voxels.xy[chosen])]
     return inside
@@ -350,7 +348,7 @@ def _parts(ends: FloatArray, width: FloatArray, segments: FloatArray, voxels: St
     middle = (ends[:, :2] + ends[:, 2:]) / 2
     heights = np.stack([ceiling_heights(middle, along, sign * normal, voxels) for sign in (1, -1)])
     ceiling = np.where(np.isfinite(heights), heights, voxels.height).min(axis=0)
-    edge, voxel, place, _ = _core.strips(voxels.xy, ends, 0.06, 0.0)
+    edge, voxel, place, _ = voxels.strips(ends, 0.06, 0.0)
     apart = ~_on_converging_face(voxel, along[edge], segments, voxels)
     edge, voxel, place = edge[apart], voxel[apart], place[apart]
     z = voxels.z[voxel]
@@ -388,7 +386,7 @@ def _on_converging_face(voxel: IntArray, along: FloatArray, segments: FloatArray
 
     That face stands beside the edge and parts what is beside it; only a parallel one can be the wall that parts it.
     """
-    face, point, _, _ = _core.strips(voxels.xy, segments, ON_PLANE, 0.0)
+    face, point, _, _ = voxels.strips(segments, ON_PLANE, 0.0)
     face_of = np.full(len(voxels.z), -1)
     face_of[point] = face
     way = segments[:, 2:] - segments[:, :2]

@@ -18,7 +18,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.elevations import MARGIN, ON_PLANE, Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -122,7 +121,7 @@ def look_at(faces: Sequence[Face], elevations: Elevations, voxels: StoreyVoxels)
     """What the evidence and the elevations show of faces."""
     segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
     length = np.maximum(np.hypot(*(segments[:, 2:] - segments[:, :2]).T), 1e-6)
-    face_of, voxel, along, offset = _core.strips(voxels.xy, segments, ON_PLANE, 0.0)
+    face_of, voxel, along, offset = voxels.strips(segments, ON_PLANE, 0.0)
     z = voxels.z[voxel]
     standing = (z > 0.15) & (z < voxels.height - 0.1)
     face_of, along, offset, z = face_of[standing], along[standing], offset[standing], z[standing]

@@ -13,7 +13,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from asbuilt import _core
 from asbuilt.elevations import Elevations, ceiling_heights, smooth_rows
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -134,9 +133,7 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
 
     # Further behind the plane than before it.
     shift = (_DEPTH - _BEFORE) / 2
-    of_piece, voxel, place, offset = _core.strips(
-        voxels.xy, segments - shift * np.tile(towards, 2), _DEPTH - shift, 0.0
-    )
+    of_piece, voxel, place, offset = voxels.strips(segments - shift * np.tile(towards, 2), _DEPTH - shift, 0.0)
     z, depth = voxels.z[voxel], shift - offset
     place = place + base[of_piece]
     number = side[of_piece]

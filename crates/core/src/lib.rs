@@ -8,6 +8,7 @@ pub mod gather;
 pub mod hough;
 mod lattice;
 pub mod neighbours;
+pub mod places;
 pub mod read;
 pub mod store;
 pub mod trace;

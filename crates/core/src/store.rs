@@ -26,6 +26,8 @@ pub const VERSION: u32 = 1;
 
 const HEAD: usize = MAGIC.len() + 4;
 const CHECKSUM: usize = 4;
+/// Bytes of the longest number.
+const LONGEST: usize = 10;
 const CUT_SHORT: &str = "its checksum is wrong; the file is damaged or cut short";
 
 /// What an evidence file says before its voxels.
@@ -207,6 +209,24 @@ fn push_number(bytes: &mut Vec<u8>, mut number: u64) {
     bytes.push(number as u8);
 }
 
+/// The number at the front of some bytes, and how many of them it takes.
+#[inline]
+fn decode(bytes: &[u8; LONGEST]) -> std::result::Result<(u64, usize), Wrong> {
+    let mut number = 0;
+    for (i, &byte) in bytes.iter().enumerate() {
+        let (bits, shift) = (u64::from(byte & 0x7f), 7 * i);
+        // Ten bytes hold 70 bits; and a last byte of zero would be a second way to write the same number.
+        if bits << shift >> shift != bits || (byte == 0 && i > 0) {
+            break;
+        }
+        number |= bits << shift;
+        if byte < 0x80 {
+            return Ok((number, i + 1));
+        }
+    }
+    Err(Wrong::data("a number of at most 64 bits"))
+}
+
 /// The file's length, once its head is known and its checksum is right.
 fn checked_length(path: &Path, reader: &mut impl BufRead) -> Result<u64> {
     let io = |error| Error::io(path, error);
@@ -327,20 +347,21 @@ impl<R: BufRead> Reader<R> {
 
     #[inline]
     fn number(&mut self) -> std::result::Result<u64, Wrong> {
-        let mut number = 0;
-        for shift in (0..64).step_by(7) {
-            let [byte] = self.bytes()?;
-            let bits = u64::from(byte & 0x7f);
-            // Ten bytes hold 70 bits; and a last byte of zero would be a second way to write the same number.
-            if bits << shift >> shift != bits || (byte == 0 && shift > 0) {
+        let block = self.inner.fill_buf().map_err(Wrong::Io)?;
+        if let Some(ready) = block.first_chunk().filter(|_| self.left >= LONGEST as u64) {
+            let (number, taken) = decode(ready)?;
+            self.inner.consume(taken);
+            self.left -= taken as u64;
+            return Ok(number);
+        }
+        let mut taken = [0; LONGEST];
+        for byte in &mut taken {
+            [*byte] = self.bytes()?;
+            if *byte < 0x80 {
                 break;
             }
-            number |= bits << shift;
-            if byte < 0x80 {
-                return Ok(number);
-            }
         }
-        Err(Wrong::data("a number of at most 64 bits"))
+        Ok(decode(&taken)?.0)
     }
 
     /// A number below `end`.

@@ -241,16 +241,30 @@ impl Evidence {
     /// The occupied voxels, sorted by index (x, then y, then z).
     pub fn voxels(&self) -> Vec<Voxel> {
         let mut voxels = Vec::with_capacity(self.len());
-        with_bricks!(&self.space, bricks => for (key, brick) in bricks {
-            brick.cells.each(|place, &moments| {
-                let place = i32::from(place);
-                let within = [place >> (2 * SIDE_BITS), (place >> SIDE_BITS) & (SIDE - 1), place & (SIDE - 1)];
-                let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
-                voxels.push(Voxel { index, moments });
-            });
-        });
-        voxels.sort_unstable_by_key(|voxel| voxel.index);
+        self.each_voxel(|voxel| voxels.push(voxel));
         voxels
+    }
+
+    /// Hand on the occupied voxels, sorted by index.
+    pub fn each_voxel(&self, mut take: impl FnMut(Voxel)) {
+        with_bricks!(&self.space, bricks => {
+            let mut bricks: Vec<_> = bricks.iter().collect();
+            bricks.sort_unstable_by_key(|(key, _)| **key);
+            let mut voxels = Vec::new();
+            // One slab of bricks after the other, so that what is sorted stays in the cache.
+            for slab in bricks.chunk_by(|(one, _), (other, _)| one[0] == other[0]) {
+                for (key, brick) in slab {
+                    brick.cells.each(|place, &moments| {
+                        let place = i32::from(place);
+                        let within = [place >> (2 * SIDE_BITS), (place >> SIDE_BITS) & (SIDE - 1), place & (SIDE - 1)];
+                        let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
+                        voxels.push(Voxel { index, moments });
+                    });
+                }
+                voxels.sort_unstable_by_key(|voxel| voxel.index);
+                voxels.drain(..).for_each(&mut take);
+            }
+        });
     }
 
     /// Which scans hit which brick: brick index (voxel index divided by [`SIDE`]) and index into [`Evidence::scans`],

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use asbuilt_core::gather::{FileReport, Frame, Options, Progress, gather, gather_parts};
-use asbuilt_core::voxel::{Kept, QUANTUM, SIDE};
+use asbuilt_core::voxel::{Kept, QUANTUM, SIDE, Voxel};
 use asbuilt_core::{Error, store};
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
@@ -229,26 +229,27 @@ impl Evidence {
     /// Arrays over the occupied voxels, sorted by index: `index` (n, 3) int32, `count` (n,) uint64, and in metres from
     /// the voxel's lower corner `mean` (n, 3) and `covariance` (n, 3: xx, xy, yy).
     fn voxels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let voxels = py.detach(|| self.inner.voxels());
-        let mut index = Vec::with_capacity(3 * voxels.len());
-        let mut count = Vec::with_capacity(voxels.len());
-        let mut mean = Vec::with_capacity(3 * voxels.len());
-        let mut covariance = Vec::with_capacity(3 * voxels.len());
-        for voxel in &voxels {
-            let moments = &voxel.moments;
-            let n = moments.count.max(1) as f64; // 0 where only occupancy is kept
-            let [x, y, z] = moments.sum.map(|sum| sum as f64 / n);
-            let [xx, xy, yy] = moments.products.map(|sum| sum as f64 / n);
-            index.extend(voxel.index);
-            count.push(moments.count);
-            mean.extend([x, y, z].map(|v| v * QUANTUM));
-            covariance.extend([xx - x * x, xy - x * y, yy - y * y].map(|v| v * QUANTUM * QUANTUM));
-        }
+        let count = self.inner.len();
+        let mut indices = Vec::with_capacity(3 * count);
+        let mut counts = Vec::with_capacity(count);
+        let mut means = Vec::with_capacity(3 * count);
+        let mut covariances = Vec::with_capacity(3 * count);
+        py.detach(|| {
+            self.inner.each_voxel(|Voxel { index, moments }| {
+                let n = moments.count.max(1) as f64; // 0 where only occupancy is kept
+                let [x, y, z] = moments.sum.map(|sum| sum as f64 / n);
+                let [xx, xy, yy] = moments.products.map(|sum| sum as f64 / n);
+                indices.extend(index);
+                counts.push(moments.count);
+                means.extend([x, y, z].map(|v| v * QUANTUM));
+                covariances.extend([xx - x * x, xy - x * y, yy - y * y].map(|v| v * QUANTUM * QUANTUM));
+            });
+        });
         let arrays = PyDict::new(py);
-        arrays.set_item("index", index.into_pyarray(py).reshape([voxels.len(), 3])?)?;
-        arrays.set_item("count", count.into_pyarray(py))?;
-        arrays.set_item("mean", mean.into_pyarray(py).reshape([voxels.len(), 3])?)?;
-        arrays.set_item("covariance", covariance.into_pyarray(py).reshape([voxels.len(), 3])?)?;
+        arrays.set_item("index", indices.into_pyarray(py).reshape([count, 3])?)?;
+        arrays.set_item("count", counts.into_pyarray(py))?;
+        arrays.set_item("mean", means.into_pyarray(py).reshape([count, 3])?)?;
+        arrays.set_item("covariance", covariances.into_pyarray(py).reshape([count, 3])?)?;
         Ok(arrays)
     }
 

@@ -4,6 +4,7 @@
 mod error;
 mod evidence;
 mod hough;
+mod places;
 mod read;
 mod rows;
 mod trace;
@@ -16,6 +17,8 @@ mod _core {
     use crate::evidence::Evidence;
     #[pymodule_export]
     use crate::hough::hough_lines;
+    #[pymodule_export]
+    use crate::places::Places;
     #[pymodule_export]
     use crate::read::{PointReader, formats, read_header};
     #[pymodule_export]

@@ -1,0 +1,72 @@
+//! Points on a lattice of ground cells, found by place.
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+
+use crate::error::to_python;
+use crate::rows::rows;
+
+/// Points (n, 2), m, sorted by the ground cell (n, 2) of side `cell` (m) that each lies in.
+#[pyclass(frozen, module = "asbuilt._core")]
+pub struct Places {
+    inner: asbuilt_core::places::Places,
+}
+
+#[pymethods]
+impl Places {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        points: PyReadonlyArray2<'_, f64>,
+        index: PyReadonlyArray2<'_, i64>,
+        cell: f64,
+    ) -> PyResult<Self> {
+        let index: Vec<[i64; 2]> = rows("index", &index)?;
+        let index: Vec<[i32; 2]> = index.iter().map(|at| at.map(|i| i as i32)).collect();
+        let inner = asbuilt_core::places::Places::new(rows("points", &points)?, &index, cell)
+            .map_err(|error| to_python(py, &error))?;
+        Ok(Self { inner })
+    }
+
+    /// Indices of the points in a rectangle (m), in order.
+    fn in_box<'py>(&self, py: Python<'py>, low: [f64; 2], high: [f64; 2]) -> Bound<'py, PyArray1<i64>> {
+        let mut found = Vec::new();
+        self.inner.in_box(low, high, |i| found.push(i as i64));
+        found.into_pyarray(py)
+    }
+
+    /// The points within `half_width` of each segment (n, 4) and at most `margin` beyond its ends: segment index, point
+    /// index, distance along, offset to the left; in order of segment and point.
+    #[allow(clippy::type_complexity, reason = "arrays in Python")]
+    fn strips<'py>(
+        &self,
+        py: Python<'py>,
+        segments: PyReadonlyArray2<'py, f64>,
+        half_width: f64,
+        margin: f64,
+    ) -> PyResult<(
+        Bound<'py, PyArray1<i64>>,
+        Bound<'py, PyArray1<i64>>,
+        Bound<'py, PyArray1<f64>>,
+        Bound<'py, PyArray1<f64>>,
+    )> {
+        let segments: Vec<[f64; 4]> = rows("segments", &segments)?;
+        let mut columns = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        py.detach(|| {
+            for (segment, &ends) in segments.iter().enumerate() {
+                self.inner.in_strip(ends, half_width, margin, |point, along, offset| {
+                    columns.0.push(segment as i64);
+                    columns.1.push(point as i64);
+                    columns.2.push(along);
+                    columns.3.push(offset);
+                });
+            }
+        });
+        Ok((
+            columns.0.into_pyarray(py),
+            columns.1.into_pyarray(py),
+            columns.2.into_pyarray(py),
+            columns.3.into_pyarray(py),
+        ))
+    }
+}

@@ -1,0 +1,65 @@
+"""The voxels of a storey, looked up by place: against searches through all of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import rooms
+from asbuilt import ParameterError, _core
+from asbuilt.profiles import StoreyVoxels
+
+ROOM = rooms.box_room(0, 0, 4, 3)
+
+
+@pytest.fixture(scope="module")
+def voxels() -> StoreyVoxels:
+    return rooms.voxels_of(ROOM)
+
+
+@pytest.mark.parametrize(
+    "segment", [(0, 0, 4, 0), (3, 2.8, 0.2, -0.3), (2, 9, 2, -9), (1, 1, 1.01, 1), (50, 50, 51, 50)]
+)
+@pytest.mark.parametrize(("half_width", "margin"), [(0.03, 0.0), (0.35, 2.0)])
+def test_strips_hold_what_lies_in_them(
+    voxels: StoreyVoxels, segment: tuple[float, ...], half_width: float, margin: float
+) -> None:
+    ends = np.array(segment, dtype=np.float64)
+    way = (ends[2:] - ends[:2]) / np.hypot(*(ends[2:] - ends[:2]))
+    apart = voxels.xy - ends[:2]
+    along, offset = apart @ way, apart @ np.array([-way[1], way[0]])
+    length = np.hypot(*(ends[2:] - ends[:2]))
+    inside = np.flatnonzero((np.abs(offset) <= half_width) & (along >= -margin) & (along <= length + margin))
+    number, voxel, found_along, found_offset = voxels.strips(np.array([ends[[2, 3, 0, 1]], ends]), half_width, margin)
+    assert np.array_equal(voxel[number == 1], inside)
+    assert found_along[number == 1] == pytest.approx(along[inside], abs=1e-12)
+    assert found_offset[number == 1] == pytest.approx(offset[inside], abs=1e-12)
+
+
+def test_boxes_hold_what_lies_in_them(voxels: StoreyVoxels) -> None:
+    low, high = np.array([0.5, -0.2]), np.array([1.7, 2.0])
+    inside = ((voxels.xy >= low) & (voxels.xy <= high)).all(axis=1)
+    assert np.array_equal(voxels.in_box(low, high), np.flatnonzero(inside))
+    assert inside.any()
+    assert len(voxels.in_box(high, low)) == 0
+
+
+def test_the_highest_voxel_over_each_cell(voxels: StoreyVoxels) -> None:
+    low, tops = voxels.tops
+    cell = np.floor(np.array([1.23, 1.68]) / 0.1).astype(int)
+    here = (np.floor(voxels.xy / 0.1) == cell).all(axis=1)
+    assert tops[tuple(cell - low)] == voxels.z[here].max()
+    assert np.isneginf(tops[[0, -1]]).all()
+    assert np.isneginf(tops[:, [0, -1]]).all()
+
+
+def test_no_voxels() -> None:
+    nothing = StoreyVoxels(np.zeros(2), *(np.zeros((0, 2)),) * 2, np.zeros(0), np.zeros((0, 3)), 0.05, 2.6)
+    assert [len(column) for column in nothing.strips(np.array([[0.0, 0.0, 1.0, 1.0]]), 1.0)] == [0, 0, 0, 0]
+    assert len(nothing.in_box((-1, -1), (1, 1))) == 0
+    assert not np.isfinite(nothing.tops[1]).any()
+
+
+def test_voxels_out_of_order_are_refused() -> None:
+    with pytest.raises(ParameterError, match="sorted by their cells"):
+        _core.Places(np.zeros((2, 2)), np.array([[1, 0], [0, 0]]), 0.05)
