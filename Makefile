@@ -85,7 +85,7 @@ bench: setup ## speed against peers, into docs/benchmarks.md (an hour and 12 GB 
 ACCURACY ?= --worse
 bench-accuracy: setup ## the accuracy tables (an hour; with ACCURACY= a few minutes, without worsened clouds)
 	$(BIN)/python experiments/accuracy.py $(ACCURACY)
-	ASBUILT_LARGE_CASES=1 $(BIN)/python -m pytest --quiet tests/test_export_drawings.py -m slow
+	ASBUILT_LARGE_CASES=1 $(BIN)/python -m pytest --quiet tests/test_every_export.py
 
 # The libraries of the systems that the paper names, for the experiments alone.
 $(BIN)/.baselines: $(BIN)/.installed | $(BIN)/.built

@@ -10,17 +10,18 @@ import pytest
 
 from asbuilt.cli import main
 from asbuilt.plan import FloorPlan, Storey, WallFace
+from browser import started
 
 ROOT = Path(__file__).parent.parent
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def example() -> Path:
     """The furnished house that comes with the project: scans.laz and truth.json."""
     return ROOT / "examples" / "small_house"
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def cases() -> Path:
     """The folder of the larger cases, which are not part of the project; a test that asks for them skips without."""
     folder = Path(os.environ.get("ASBUILT_CASES", ROOT.parent / "shared" / "cases"))
@@ -44,6 +45,9 @@ def run(capsys):
         return leaving.value.code, printed.out, printed.err
 
     return run_main
+
+
+browser = pytest.fixture(scope="session")(started)
 
 
 def room(index: int, floor: float, x0: float, y0: float, width: float, depth: float) -> Storey:

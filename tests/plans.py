@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Callable
+from typing import Any
+
 from asbuilt.plan import (
     Column,
     Door,
     FloorPlan,
+    Point,
     Room,
     Stair,
     Storey,
@@ -141,3 +146,16 @@ def complete_plan(east: float = EAST, north: float = NORTH, crs: str | None = "E
         crs=crs,
         notes=("an example",),
     )
+
+
+def mapped(value: Any, move: Callable[[Point], Point], turn: float = 0.0) -> Any:
+    """A plan, or a part of one, with every point of the ground plane moved, and columns turned by `turn` (rad)."""
+    if isinstance(value, tuple):
+        numbers = len(value) == 2 and all(isinstance(part, float) for part in value)
+        return move(value) if numbers else tuple(mapped(part, move, turn) for part in value)
+    if not dataclasses.is_dataclass(value) or isinstance(value, type):
+        return value
+    changed = {field.name: mapped(getattr(value, field.name), move, turn) for field in dataclasses.fields(value)}
+    if isinstance(value, Column):
+        changed["rotation"] += turn
+    return type(value)(**changed)

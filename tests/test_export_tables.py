@@ -6,13 +6,10 @@ import csv
 import dataclasses
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import openpyxl
 import pyogrio
-import pyogrio.raw
 import pytest
-import shapely
 
 from asbuilt import FloorPlan, load_plan
 from asbuilt.errors import OutputError
@@ -20,6 +17,7 @@ from asbuilt.export import export
 from asbuilt.export.schedules import schedules
 from asbuilt.plan import Storey, plan_from_geojson
 from plans import EAST, NORTH, complete_plan
+from readback.tables import features as rows
 
 WKT = (
     'LOCAL_CS["site grid of the works",UNIT["metre",1]]',
@@ -28,14 +26,6 @@ WKT = (
     'natural origin",9],PARAMETER["Scale factor at natural origin",1],PARAMETER["False easting",0],PARAMETER["False '
     'northing",0]],CS[Cartesian,2],AXIS["(E)",east],AXIS["(N)",north],LENGTHUNIT["metre",1]]',
 )
-
-
-def rows(path, layer: str) -> Iterator[tuple[shapely.Geometry, dict]]:
-    """Geometry and attributes of each feature of a layer."""
-    about, _, shapes, columns = pyogrio.raw.read(path, layer=layer)
-    for i, shape in enumerate(shapes):
-        geometry = None if shape is None else shapely.from_wkb(shape)
-        yield geometry, {name: column[i] for name, column in zip(about["fields"], columns, strict=True)}
 
 
 def table(path) -> list[dict[str, str]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 import math
 import subprocess
@@ -15,14 +14,14 @@ import pye57
 import pyquaternion
 import pytest
 import shapely
-from pye57 import libe57
 
 import asbuilt
 from asbuilt import FloorPlan, InputError, OutputError, ParameterError
 from asbuilt.export import export
 from asbuilt.label import Labels, PlanLookup, PointClass, check_output, label_cloud
 from asbuilt.plan import Door, Room, Storey, Wall, WallFace
-from plans import EAST, NORTH, complete_plan
+from plans import EAST, NORTH, complete_plan, mapped
+from readback.clouds import read_e57
 
 FLOORS = (112.5, 115.3)
 NOISE = 0.003  # m; far less than the tolerance of 0.05 m
@@ -143,20 +142,8 @@ def test_moving_and_turning_plan_and_points_changes_nothing_but_near_borders(loo
     def moved(place):
         return tuple((turn @ (np.array(place) - (EAST, NORTH)) + (12.345, -6.789)).tolist())
 
-    def turned(value):
-        if isinstance(value, tuple):
-            numbers = len(value) == 2 and all(isinstance(part, float) for part in value)
-            return moved(value) if numbers else tuple(turned(part) for part in value)
-        if dataclasses.is_dataclass(value):
-            changed = {f.name: turned(getattr(value, f.name)) for f in dataclasses.fields(value)}
-            if "rotation" in changed:
-                changed["rotation"] += angle
-            return type(value)(**changed)
-        return value
-
-    plan = complete_plan()
     after = tell(
-        PlanLookup(FloorPlan(tuple(turned(storey) for storey in plan))),
+        PlanLookup(mapped(complete_plan(), moved, angle)),
         np.column_stack([(points[:, :2] - (EAST, NORTH)) @ turn.T + (12.345, -6.789), points[:, 2]]),
     )
     # points lie on the faces, 5 cm from the borders of the tolerance; what rests is between jambs and at corners
@@ -390,33 +377,6 @@ def test_files_too_far_apart_for_one_las_are_told(tmp_path):
 
 
 # ---- E57 ----
-
-
-@dataclasses.dataclass
-class Scan:
-    """A scan as libE57 reads it: what its header says, and all fields of its points, ours too."""
-
-    name: str
-    guid: str
-    rotation: np.ndarray
-    translation: np.ndarray
-    fields: dict[str, np.ndarray]
-
-
-def read_e57(path: Path) -> list[Scan]:
-    scans = []
-    with pye57.E57(str(path)) as source:
-        for i in range(source.scan_count):
-            header = source.get_header(i)
-            buffers, fields = libe57.VectorSourceDestBuffer(), {}
-            for name in header.point_fields:
-                fields[name] = np.zeros(header.point_count)
-                to = (source.image_file, name, fields[name], header.point_count, True, True)
-                buffers.append(libe57.SourceDestBuffer(*to))
-            header.points.reader(buffers).read()
-            about = header["name"].value(), header["guid"].value(), header.rotation, header.translation
-            scans.append(Scan(*about, fields))
-    return scans
 
 
 def write_e57(path: Path, points: np.ndarray) -> Path:

@@ -5,9 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
-import shutil
-from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -22,8 +19,10 @@ from asbuilt.plan import Storey
 from asbuilt.report.picture import density_picture
 from asbuilt.report.registration import ScanOffset, scan_offsets
 from asbuilt.report.tilt import measure_tilt
+from browser import opened, requested
 from buildings import Scanner, generate
 from plans import complete_plan
+from readback.report import Page
 from rooms import box, box_room, noisy
 
 Array = NDArray[np.float64]
@@ -161,27 +160,6 @@ def test_the_density_picture_is_bounded() -> None:
     assert density_picture(evidence, Storey(0, 5.0, 7.5)) is None
 
 
-class Page(HTMLParser):
-    """The tags of a page, and the text of its scripts."""
-
-    def __init__(self, path: Path) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.scripts: list[str] = []
-        self.targets: list[str] = []
-        self.feed(path.read_text(encoding="utf-8"))
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.targets += [value or "" for name, value in attrs if name in ("href", "src", "xlink:href")]
-        if tag == "script":
-            self.scripts.append("")
-
-    def handle_data(self, data: str) -> None:
-        if self.tags and self.tags[-1] == "script":
-            self.scripts[-1] += data
-
-
 def small_house_of_strangers() -> FloorPlan:
     """The complete plan with names that try to become markup."""
     plan = complete_plan()
@@ -244,31 +222,6 @@ def test_the_paper_shows_its_chosen_slices(tmp_path: Path) -> None:
 # In the browser.
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """Headless Chromium; a test that asks for it skips where there is none."""
-    chromium, driver = shutil.which("chromium") or shutil.which("google-chrome"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        pytest.skip("chromium and chromedriver are not installed (`make browser` does that on Debian)")
-    webdriver = pytest.importorskip("selenium.webdriver")
-    from selenium.webdriver.chrome.service import Service
-
-    options = webdriver.ChromeOptions()
-    options.binary_location = chromium
-    for argument in ("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1400,1000"):
-        options.add_argument(argument)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
-    found = webdriver.Chrome(options=options, service=Service(driver))
-    yield found
-    found.quit()
-
-
-def opened(browser: Any, path: Path) -> Any:
-    browser.get_log("browser"), browser.get_log("performance")
-    browser.get(path.as_uri())
-    return browser
-
-
 def find(browser: Any, selector: str) -> Any:
     return browser.find_element("css selector", selector)
 
@@ -286,13 +239,6 @@ SHOWN = "figure:not([hidden]) "
 @pytest.fixture
 def report(tmp_path: Path, browser: Any) -> Any:
     return opened(browser, export(complete_plan(), tmp_path / "plan.html")[0])
-
-
-def requested(browser: Any) -> list[str]:
-    """What the page asked the network for, but for the file itself and data within it."""
-    messages = [json.loads(entry["message"])["message"] for entry in browser.get_log("performance")]
-    urls = [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
-    return [url for url in urls if not url.startswith(("file:", "data:"))]
 
 
 def test_it_opens_from_disk_without_errors_and_without_network(browser: Any, tmp_path: Path) -> None:
