@@ -7,6 +7,7 @@ import pytest
 
 from asbuilt import (
     evidence_from_points,
+    extract_floor_plan,
     find_floor_and_ceiling,
     find_floor_and_ceiling_by_scan,
     find_storeys,
@@ -68,6 +69,18 @@ def test_tables_and_dropped_ceilings_are_neither() -> None:
     (found,) = find_storeys(evidence(room, dropped, *(box(x, 2, x + 1.6, 3, 0.75) for x in (1, 3, 5))))
     assert found.floor == pytest.approx(0.0, abs=FLOOR)
     assert found.ceiling == pytest.approx(2.6, abs=CEILING)
+
+
+def test_another_building_at_half_a_storey_is_told() -> None:
+    cloud = evidence(box_room(0, 0, 6, 5), box_room(12, 0, 17, 5, 1.3, 3.9))
+    (found,) = find_storeys(cloud)
+    assert found.floor == pytest.approx(0.0, abs=FLOOR)
+    assert found.steps == pytest.approx((1.3,), abs=CEILING)
+    (note,) = extract_floor_plan(cloud).notes
+    assert "floors at 0.00 and about 1.4 m are taken for one storey" in note  # to a voxel of 10 cm
+    stage = without(box_room(0, 0, 8, 6), (-1, -1, -1), (2, 7, 0.6))
+    (found,) = find_storeys(evidence(stage, level(0, 0, 2, 6, 0.6)))
+    assert found.steps == ()
 
 
 def test_nothing_to_stand_on() -> None:

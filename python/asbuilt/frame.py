@@ -28,8 +28,8 @@ _FREE = (1.8, 6.0)
 """Floor and ceiling are this far apart, m."""
 _SAMPLE = 200_000
 """Columns are left out so that no more than about this many voxels remain."""
-_CERTAIN, _DOUBTFUL = 5.0, 1.6
-"""Areas this many times as large as those that face z are the floors. A corridor alone may reach 1.6."""
+_CERTAIN, _DOUBTFUL = 5.0, 1.8
+"""Areas this many times as large as those that face z are the floors; rooms alike in a row may reach 1.7."""
 _WALLS = 1.0
 """Walls between floor and ceiling within a building are longer than this, in sides of a square of its area; between the
 two sides of a lane is nothing."""

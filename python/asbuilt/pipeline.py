@@ -88,6 +88,12 @@ def extract_floor_plan(
         )
     elif storey is not None and not 0 <= storey < len(levels):
         raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
+    notes += [
+        f"storeys: floors at {level.floor:.2f} and about {step:.1f} m are taken for one storey with a step; "
+        "if they are those of two buildings, plan each from its own scans"
+        for level in levels
+        for step in level.steps
+    ]
     wanted = [
         (level, levels[level.index + 1] if level.index + 1 < len(levels) else None)
         for level in levels

@@ -21,17 +21,23 @@ _RUN_GAPS = (1, 3)
 """Voxels of a column this far apart belong to one wall; the second in clouds most of whose voxels hold one point."""
 _MIN_STOREY_HEIGHT = 2.0
 """Floors closer together than this are one storey with steps in it, m."""
+_STEP, _STEP_SHARE = 0.4, 0.3
+"""A step is at least so high (m), and has this share of the largest floor's area: more than a table or a stage."""
 _OPEN = np.iinfo(np.int32).max
 """Gap over the highest voxel of a column."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """A storey's place in the height: index from the lowest, floor and ceiling, m."""
+    """A storey's place in the height: index from the lowest, floor and ceiling, m.
+
+    `steps` are heights (m) of other floors, too near to this one to be storeys: split levels, another building.
+    """
 
     index: int
     floor: float
     ceiling: float
+    steps: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -126,10 +132,12 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     floors = _find_floors(occupied, gap, stood_on, _RUN_GAPS[thin], parameters)
 
     levels = []
-    for number, floor in enumerate(floors):
+    heights = list(floors)
+    for number, floor in enumerate(heights):
         z = _surface_height(evidence, occupied[stood_on], base + floor, voxel)
-        above = (base + floors[number + 1]) * voxel if number + 1 < len(floors) else None
-        levels.append(Level(number, z, _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom)))
+        above = (base + heights[number + 1]) * voxel if number + 1 < len(heights) else None
+        ceiling = _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom)
+        levels.append(Level(number, z, ceiling, tuple((base + step + 0.5) * voxel for step in floors[floor])))
     return levels
 
 
@@ -144,8 +152,8 @@ def _gaps(occupied: IntArray) -> IntArray:
 
 def _find_floors(
     occupied: IntArray, gap: IntArray, stood_on: BoolArray, bridged: int, parameters: StoreyParameters
-) -> list[int]:
-    """Heights of the floors, in voxels above the lowest, lowest first."""
+) -> dict[int, list[int]]:
+    """Heights of the floors, in voxels above the lowest, lowest first; and of the steps in each."""
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
     voxel, base = parameters.voxel, int(occupied[:, 2].min())
@@ -158,7 +166,7 @@ def _find_floors(
     area += _spread(np.bincount(occupied[indoors, 2] - base, minlength=bins) / 2)
     walls = _wall_cells(occupied[first[tall], 2] - base, length[tall], bins, round(1.5 / voxel))
 
-    floors: list[int] = []
+    floors: dict[int, list[int]] = {}
     apart = int(_MIN_STOREY_HEIGHT / voxel)
     summit = area == ndimage.maximum_filter1d(area, 5)
     for peak in np.argsort(-area, kind="stable"):
@@ -166,9 +174,14 @@ def _find_floors(
             break
         # Walls around an area take cells that grow with its perimeter.
         enclosed = walls[peak] >= 2 * np.sqrt(area[peak])
-        if summit[peak] and enclosed and all(abs(peak - floor) >= apart for floor in floors):
-            floors.append(int(peak))
-    return sorted(floors)
+        if not (summit[peak] and enclosed):
+            continue
+        nearest = min(floors, key=lambda floor: abs(peak - floor), default=None)
+        if nearest is None or abs(peak - nearest) >= apart:
+            floors[int(peak)] = []
+        elif abs(peak - nearest) >= _STEP / voxel and area[peak] >= _STEP_SHARE * area.max():
+            floors[nearest].append(int(peak))
+    return {floor: sorted(floors[floor]) for floor in sorted(floors)}
 
 
 def _spread(counts: FloatArray) -> FloatArray:
