@@ -78,8 +78,8 @@ def test_another_building_at_half_a_storey_is_told() -> None:
     assert found.steps == pytest.approx((1.3,), abs=CEILING)
     (note,) = extract_floor_plan(cloud).notes
     assert "floors at 0.00 and about 1.4 m are taken for one storey" in note  # to a voxel of 10 cm
-    stage = without(box_room(0, 0, 8, 6), (-1, -1, -1), (2, 7, 0.6))
-    (found,) = find_storeys(evidence(stage, level(0, 0, 2, 6, 0.6)))
+    stage = without(box_room(0, 0, 8, 6), (-1, -1, -1), (1.5, 7, 0.6))
+    (found,) = find_storeys(evidence(stage, level(0, 0, 1.5, 6, 0.6)))
     assert found.steps == ()
 
 
