@@ -66,8 +66,8 @@ def evidence_command(
 
         asbuilt evidence /campus/**/*.e57 --dask tcp://scheduler:8786 -o campus.evidence
 
-    Interrupted, it goes on where it was when the same command is given again: until all is read, the evidence of each
-    file that is done lies in OUT.evidence.parts. The bytes are the same as without the interruption.
+    Interrupted, it goes on where it was when the same command is given again:
+    until all is read, what is done lies in OUT.evidence.parts.
 
     Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
     """

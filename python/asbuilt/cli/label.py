@@ -29,7 +29,8 @@ def label_command(
 ) -> None:
     """Give every point a class by the plan: wall, floor, ceiling, door, window, column, stair, clutter or outside.
 
-    Each point also gets the numbers of its wall and of its room. LAS and E57 inputs keep all else they carry:
+    Each point also gets the numbers of its wall and of its room.
+    LAS and E57 inputs keep all else they carry:
 
         asbuilt plan scans/*.laz -o school.geojson
 
@@ -39,8 +40,8 @@ def label_command(
 
         asbuilt label school.e57 --plan school.geojson -o school_classes.e57
 
-    The classes are numbers of LAS: 1 outside, 2 floor, 6 wall, 64 ceiling, 65 door, 66 window, 67 column, 68 stair,
-    69 clutter.
+    The classes are numbers of LAS: 1 outside, 2 floor, 6 wall, 64 ceiling,
+    65 door, 66 window, 67 column, 68 stair, 69 clutter.
 
     Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
     """

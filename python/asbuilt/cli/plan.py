@@ -193,6 +193,11 @@ def _print_summary(plan: FloorPlan, points: int, files: int, written: list[Path]
         print(
             f"storey {storey.index}: floor {storey.floor:.2f} m, ceiling {storey.ceiling:.2f} m, "
             f"{len(storey.wall_faces)} wall faces, {length:.1f} m"
+            + "".join(
+                f", {len(elements)} {name if len(elements) == 1 else f'{name}s'}"
+                for name, elements in (("door", storey.doors), ("window", storey.windows), ("room", storey.rooms))
+                if elements
+            )
         )
     for path in written:
         print(f"wrote {path}")
