@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt.elevations import MARGIN, Elevations
-from asbuilt.faces import Face, covered_length
+from asbuilt.faces import Face, covered_length, segments_of
 from asbuilt.grid import FloatArray
+from asbuilt.neighbours import near_each
 from asbuilt.params import WallParameters
 
 _MAX_THICKNESS = 0.7
@@ -52,10 +53,11 @@ def close_corners(
             continue
         closed[i] = replace(closed[i], end=meeting.corner, fixed=(closed[i].fixed[0], True))
         closed[j] = replace(closed[j], start=meeting.corner, fixed=(True, closed[j].fixed[1]))
+    near_faces = near_each(segments_of(closed), segments_of(closed), _FURNITURE[1])
     return [
         after
-        for before, after in zip(faces, closed, strict=True)
-        if not _stands_before(after, closed)
+        for before, after, near in zip(faces, closed, near_faces, strict=True)
+        if not _stands_before(after, [closed[j] for j in near])
         and after.length >= parameters.min_length
         and float(before.along @ after.along) > 0
         and (any(after.fixed) or after.length >= _MIN_ALONE)
@@ -150,10 +152,12 @@ def _passes_through(start: FloatArray, end: FloatArray, along: FloatArray, i: in
 
 def cut_stubs(faces: list[Face]) -> list[Face]:
     """Cut faces that run a little way through another one: no wall stands in the way of what a room sees."""
+    if not faces:
+        return []
     faces = list(faces)
+    start, end, along, length = _arrays(faces)
     i = 0
     while i < len(faces):
-        start, _, along, length = _arrays(faces)
         cross, on_first, on_second = _crossings(start, along, i)
         through = (np.abs(cross) > 0.26) & (on_second > _TOUCH) & (on_second < length - _TOUCH)
         stub = np.minimum(on_first, length[i] - on_first)
@@ -164,6 +168,8 @@ def cut_stubs(faces: list[Face]) -> list[Face]:
         place = float(on_first[np.flatnonzero(through)[np.argmin(stub[through])]])
         tip = faces[i].start + place * faces[i].along
         faces[i] = replace(faces[i], start=tip) if place < length[i] / 2 else replace(faces[i], end=tip)
+        for array, values in zip((start, end, along, length), _arrays(faces[i : i + 1]), strict=True):
+            array[i] = values[0]
     return faces
 
 

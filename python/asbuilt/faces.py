@@ -15,6 +15,7 @@ import numpy as np
 
 from asbuilt.elevations import ON_PLANE, Elevations, close_gaps, smooth
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.params import WallParameters
 from asbuilt.plan import WallFace
 from asbuilt.profiles import StoreyVoxels
@@ -28,6 +29,9 @@ _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
+
+_BEHIND = (0.03, 0.65)
+"""The two faces of a wall with an opening are so far apart, m."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,11 @@ class Face:
         """Unit vector (2,) towards the room."""
         along = self.along
         return np.array([-along[1], along[0]])
+
+
+def segments_of(faces: list[Face]) -> FloatArray:
+    """Start and end of each face (n, 4), m."""
+    return np.array([[*face.start, *face.end] for face in faces]).reshape(-1, 4)
 
 
 def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArray:
@@ -134,17 +143,19 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
     A window's pane, a niche's back or a board makes a plane of its own within `apart` m of the wall's. Nor is there a
     room so narrow that the wall on its other side is as near: that is the back of what stands before the wall.
     """
-    kept: list[Face] = []
-    for face in sorted(faces, key=lambda f: -f.score):
+    faces = sorted(faces, key=lambda f: -f.score)
+    kept: dict[int, Face] = {}
+    for i, near in enumerate(near_each(segments_of(faces), segments_of(faces), apart)):
+        face = faces[i]
         turned = replace(face, start=face.end, end=face.start)
         if not any(
             covered_length(face, other, apart) > 0.5 * face.length
             or _is_sliver(face, other)
             or (_before(face, other) and covered_length(turned, other, apart) > 0.5 * face.length)
-            for other in kept
+            for other in (kept[j] for j in near if j in kept)
         ):
-            kept.append(face)
-    return kept
+            kept[i] = face
+    return list(kept.values())
 
 
 def _is_sliver(face: Face, other: Face) -> bool:
@@ -183,15 +194,15 @@ def cut_openings(faces: list[Face], elevations: Elevations, scores: FloatArray, 
     """
     gaps = [
         (before, after)
-        for line in sorted({face.line for face in faces})
-        for before, after in pairwise(sorted((f for f in faces if f.line == line), key=lambda f: _along(f, elevations)))
-        if _is_opening(before, after, elevations, scores)
+        for before, after in pairwise(sorted(faces, key=lambda f: (f.line, _along(f, elevations))))
+        if before.line == after.line and _is_opening(before, after, elevations, scores)
     ]
     openings = [gap for gap, jambs in zip(gaps, _have_jambs(gaps, voxels), strict=True) if jambs]
+    beyond = np.array([[*before.start, *after.end] for before, after in openings]).reshape(-1, 4)
     cut = []
-    for face in faces:
+    for face, near in zip(faces, near_each(segments_of(faces), beyond, _BEHIND[1]), strict=True):
         pieces = [face]
-        for before, after in openings:
+        for before, after in (openings[i] for i in near):
             pieces = [part for piece in pieces for part in _without(piece, before, after)]
         cut += pieces
     return cut
@@ -240,7 +251,7 @@ def _without(face: Face, before: Face, after: Face) -> list[Face]:
     if float(face.along @ before.along) > -0.99:
         return [face]
     behind = [float((tip - face.start) @ face.normal) for tip in (before.start, after.end)]
-    if not all(-0.65 < distance < -0.03 for distance in behind):
+    if not all(_BEHIND[0] < -distance < _BEHIND[1] for distance in behind):
         return [face]
     ends = [float((tip - face.start) @ face.along) for near in (before, after) for tip in (near.start, near.end)]
     low, high = sorted(ends)[1:3]
