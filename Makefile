@@ -1,6 +1,6 @@
 # The recipes a developer runs are the recipes CI runs. `make` alone lists them.
 .DEFAULT_GOAL := help
-.PHONY: help setup demo browser test test-rust test-python lint format docs bench bench-accuracy experiments clean
+.PHONY: help setup demo browser test test-rust test-python lint format dist docs bench bench-accuracy experiments clean
 SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
@@ -71,6 +71,9 @@ format: setup ## format Rust and Python, and mend what ruff can mend
 	cargo fmt --all
 	$(BIN)/ruff check --fix --exit-zero $(PYTHON_SOURCES)
 	$(BIN)/ruff format $(PYTHON_SOURCES)
+
+dist: setup ## the wheel and the source archive, into dist
+	$(BIN)/maturin build --release --sdist --out dist --quiet
 
 docs: setup ## the documentation, into out/docs; a warning fails
 	$(BIN)/sphinx-build --fail-on-warning --keep-going --quiet -b html docs out/docs

@@ -222,6 +222,21 @@ def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path
     assert sorted(path.name for path in tmp_path.iterdir()) == ["scans"]
 
 
+def test_ctrl_c_while_the_library_is_loaded_is_one_line():
+    script = """
+import sys
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == "numpy":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupt())
+from asbuilt_start import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "asbuilt: interrupted\n")
+
+
 def test_a_reader_that_leaves_early_is_no_error(room):
     with subprocess.Popen([*ASBUILT, "info", room], stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         process.stdout.close()
