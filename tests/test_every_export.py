@@ -15,12 +15,15 @@ import asbuilt
 from asbuilt import Evidence, FloorPlan
 from asbuilt.evaluate import evaluate
 from asbuilt.export import export, known_suffixes
+from asbuilt.export.drawing import make_drawing
+from asbuilt.export.sheet import SheetOptions
 from asbuilt.label import _WRITERS as LABEL_SUFFIXES
 from asbuilt.label import label_cloud
 from browser import opened, requested
 from plans import EAST, complete_plan, mapped
 from readback import CHECKS
 from readback.clouds import check_cloud
+from readback.ink import collisions
 
 #: The example, in survey coordinates, and cases that take seconds.
 SMALL = ("example", "flat_e57", "fzk_haus", "niedriha")
@@ -101,6 +104,12 @@ def test_the_drawing_scores_as_the_plan_does(case: Case, tmp_path: Path) -> None
     from_plan, from_dxf = (evaluate(path, case.truth or case.plan).to_json()["pooled"]["all"] for path in written)
     # the challenge's own measure counts doors as well, which line work does not tell
     assert {**from_plan, "challenge": None} == {**from_dxf, "challenge": None}
+
+
+def test_no_text_of_the_drawing_lies_on_lines_or_on_other_text(case: Case) -> None:
+    drawing = make_drawing(case.plan, SheetOptions())
+    for storey, found in drawing.storeys:
+        assert collisions(found, drawing.sheet.metre) == [], storey.index
 
 
 @pytest.mark.parametrize("suffix", LABELLED)

@@ -14,12 +14,16 @@ import numpy as np
 import pypdf
 import pypdfium2
 import pytest
+import shapely
 
 from asbuilt import FloorPlan, Storey, WallFace
 from asbuilt.errors import ParameterError
 from asbuilt.export import export
-from asbuilt.plan import Door, Room, Wall
+from asbuilt.export.labels import room_tags
+from asbuilt.export.symbols import storey_marks
+from asbuilt.plan import Column, Door, Room, Stair, Wall
 from plans import complete_plan
+from readback.ink import collisions
 
 SVG = "{http://www.w3.org/2000/svg}"
 POINT = 25.4 / 72  # mm
@@ -202,7 +206,6 @@ def test_any_plan_can_be_drawn(plan, suffix, tmp_path):
 def test_room_tags_lie_in_their_rooms_clear_of_each_other(tmp_path):
     from shapely import Polygon, box
 
-    from asbuilt.export.labels import room_tags
     from asbuilt.export.marks import tag_height, text_width
 
     plan = row_of_rooms(60)
@@ -238,6 +241,44 @@ def test_dimensions_of_a_row_of_rooms_add_up_and_do_not_run_into_each_other():
         assert all(right < left for (_, right), (left, _) in itertools.pairwise(spans))
 
 
+def test_dimensions_stand_clear_of_a_door_that_opens_outwards():
+    """Its leaf of 1.2 m reaches over the place of the first chain at 1:100, which is 0.9 m from the wall."""
+    from asbuilt.export.dimensions import dimension_line, dimensions
+    from asbuilt.export.symbols import swept
+
+    plan = row_of_rooms(3)
+    wall = next(wall for wall in plan.storeys[0].walls if wall.start[1] < 0)
+    door = Door((1.0, -0.05), (2.2, -0.05), wall.id, state="open", hinge="start", swing="right", id="D")
+    (storey,) = one_storey(plan, doors=(door,)).storeys
+    (sweep,) = swept(storey)
+    assert sweep.bounds == pytest.approx((1.0, -1.3, 2.2, -0.1), abs=1e-6)
+    below = [mark for mark in dimensions(storey, 10.0) if mark.base[1] < 0]
+    assert {round(math.dist(mark.start, mark.end), 3) for mark in below} >= {1.2, 12.2, 4.0}  # all three chains
+    assert not any(shapely.LineString(dimension_line(mark)).intersects(sweep) for mark in below)
+    assert collisions((*storey_marks(storey), *dimensions(storey, 10.0)), 10.0) == []
+
+
+def test_a_room_tag_stands_beside_what_stands_in_the_room():
+    """A partition through the middle, where the tag would be; a stair, a column and a swing at three of the corners."""
+    room = Room(((0.0, 0.0), (6.0, 0.0), (6.0, 5.0), (0.0, 5.0)), number="1", floor=0.0, ceiling=2.5)
+    outline = ((2.5, 2.4), (3.5, 2.4), (3.5, 2.6), (2.5, 2.6))
+    partition = Wall((2.5, 2.5), (3.5, 2.5), 0.2, 0.2, (), outline, id="W")
+    west = Wall((-0.2, 0.0), (-0.2, 5.0), 0.4, 0.4, (), ((-0.4, 0.0), (-0.4, 5.0), (0.0, 5.0), (0.0, 0.0)), id="V")
+    storey = Storey(
+        0,
+        0.0,
+        2.5,
+        walls=(partition, west),
+        doors=(Door((-0.2, 0.5), (-0.2, 2.0), "V", state="open", hinge="start", swing="right", id="D"),),
+        rooms=(room,),
+        columns=(Column((1.0, 4.0), 1.2, 1.2),),
+        stairs=(Stair(((4.0, 3.0), (6.0, 3.0), (6.0, 5.0), (4.0, 5.0))),),
+    )
+    (tag,) = room_tags(storey, 10.0)
+    assert len(tag.lines) == 3
+    assert collisions((*storey_marks(storey), tag), 10.0) == []
+
+
 @pytest.mark.parametrize("suffix", [".svg", ".pdf", ".png"])
 def test_what_a_user_has_set_for_plots_changes_nothing(suffix, tmp_path):
     import matplotlib as mpl
@@ -254,8 +295,6 @@ def test_steps_of_a_turning_stair_lie_across_its_path_and_do_not_meet():
     from shapely import LineString
 
     from asbuilt.export import marks
-    from asbuilt.export.symbols import storey_marks
-    from asbuilt.plan import Stair
 
     turns = np.linspace(0, 1.5 * math.pi, 40)
     path, outer, inner = ([(r * math.cos(t), r * math.sin(t)) for t in turns] for r in (0.8, 1.3, 0.3))
@@ -268,6 +307,15 @@ def test_steps_of_a_turning_stair_lie_across_its_path_and_do_not_meet():
         (x1, y1), (x2, y2) = step.coords
         assert abs(x1 * y2 - x2 * y1) / step.length < 0.01  # it points at the middle
         assert step.length == pytest.approx(1.0, abs=0.02)
+
+
+def test_steps_of_a_stair_that_turns_sharply_do_not_meet():
+    path = ((0.0, 0.5), (2.0, 0.5), (2.0, 2.5), (0.5, 2.5))
+    ring = ((0.0, 0.0), (2.5, 0.0), (2.5, 3.0), (0.5, 3.0), (0.5, 2.0), (1.5, 2.0), (1.5, 1.0), (0.0, 1.0))
+    found = storey_marks(Storey(0, 0.0, 2.5, stairs=(Stair(ring, path, 2.8),)))
+    steps = [shapely.LineString(mark.points) for mark in found if len(getattr(mark, "points", ())) == 2]
+    assert len(steps) >= 10
+    assert not any(a.intersects(b) for a, b in itertools.combinations(steps, 2))
 
 
 def test_accuracy_is_told_by_the_length_of_the_wall_faces():

@@ -16,12 +16,13 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from shapely import Polygon
+from shapely import LineString, Polygon
+from shapely.affinity import rotate
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
 from asbuilt.export.marks import DIMENSION_TEXT, Dimension, Text, text_width
-from asbuilt.export.symbols import polygons
+from asbuilt.export.symbols import polygons, swept
 from asbuilt.plan import Point, Storey, Wall, WallFace
 
 _FIRST = 9.0
@@ -31,6 +32,10 @@ RAISED = 1.3
 """By how much a number is raised, in heights of text."""
 _OVER_LINE = 0.7
 """From the line to the number over it, mm of paper."""
+_CLEAR = 0.8
+"""Between a number and what else is drawn, mm of paper."""
+_TRIES = 3
+"""Places farther and farther out where a chain is tried before it is left out."""
 _SAME = 0.02
 """Stations nearer to each other are one, m."""
 _GAP = 0.3
@@ -71,21 +76,25 @@ def dimensions(storey: Storey, metre: float) -> Iterator[Dimension]:
     if hull.is_empty or not storey.walls:
         yield from _width_and_depth(storey.wall_faces, metre)
         return
-    placed = hull.buffer(-2 * _SAME)
+    openings = (*storey.doors, *storey.windows, *storey.unknown_openings)
+    lines = [LineString([opening.start, opening.end]).buffer(2 * _SAME) for opening in openings]
+    placed = shapely.union_all([hull.buffer(-2 * _SAME), *lines, *swept(storey)])
     for side in (part for whole in _sides(storey.walls, hull) for part in _clear(whole, placed, metre)):
-        first = base = side.reach
+        base = side.reach
         level = 0
         for stations in _chains(storey, side):
             levels = _levels(stations, metre)
-            base += ((_FIRST if base == first else _STEP) + RAISED * DIMENSION_TEXT * max(level, *levels)) / metre
+            base += ((_FIRST if base == side.reach else _STEP) + RAISED * DIMENSION_TEXT * max(level, *levels)) / metre
             level = max(levels)
-            strip = _strip(side, (stations[0], stations[-1]), base, 2.5 / metre)
-            if strip.intersects(placed):  # of another side, or a wing stands there
-                continue
-            placed = placed.union(strip)
-            for (start, end), raised in zip(itertools.pairwise(stations), levels, strict=True):
-                ends = _readable(_at(side, start, first), _at(side, end, first))
-                yield Dimension(*ends, _at(side, start, base), raised, layer=marks.DIMENSION)
+            for farther in range(_TRIES):
+                chain = list(_chain(side, stations, levels, base + farther * _STEP / metre))
+                strip = _strip(side, (stations[0], stations[-1]), base + farther * _STEP / metre, 2.5 / metre)
+                taken = shapely.union_all([strip, *(_number_box(dimension, metre) for dimension in chain)])
+                if not taken.intersects(placed):  # else another side's are there, or a wing stands there
+                    placed = placed.union(taken)
+                    base += farther * _STEP / metre
+                    yield from chain
+                    break
 
 
 def _ground(storey: Storey) -> BaseGeometry:
@@ -164,6 +173,13 @@ def _chains(storey: Storey, side: _Side) -> Iterator[list[float]]:
     yield whole
 
 
+def _chain(side: _Side, stations: list[float], levels: list[int], base: float) -> Iterator[Dimension]:
+    """The dimensions between stations on a line `base` (m) along the side's normal."""
+    for (start, end), level in zip(itertools.pairwise(stations), levels, strict=True):
+        ends = _readable(_at(side, start, side.reach), _at(side, end, side.reach))
+        yield Dimension(*ends, _at(side, start, base), level, layer=marks.DIMENSION)
+
+
 def _levels(stations: list[float], metre: float) -> list[int]:
     """How far each number must be raised so that none runs into another or over the ticks of its own distance."""
     ends: list[float] = []  # of what is written on each level so far, mm
@@ -203,6 +219,15 @@ def dimension_number(dimension: Dimension, metre: float) -> Text:
     at = (x1 + x2) / 2 - math.sin(angle) * up, (y1 + y2) / 2 + math.cos(angle) * up
     text = dimension_text(math.dist(dimension.start, dimension.end))
     return Text(at, text, DIMENSION_TEXT, "centre", angle, layer=dimension.layer)
+
+
+def _number_box(dimension: Dimension, metre: float) -> BaseGeometry:
+    """What the number of a dimension covers, and a little more around it, m."""
+    number = dimension_number(dimension, metre)
+    half = text_width(number.text, number.height) / 2 / metre
+    (x, y), pad = number.at, _CLEAR / metre
+    box = shapely.box(x - half - pad, y - pad, x + half + pad, y + number.height / metre + pad)
+    return rotate(box, number.rotation, origin=number.at, use_radians=True)
 
 
 def dimension_text(distance: float) -> str:

@@ -10,13 +10,13 @@ from itertools import product
 import shapely
 from shapely import Point as ShapelyPoint
 from shapely import Polygon
-from shapely.affinity import rotate, translate
+from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
 from asbuilt.export.marks import Tag, TagLine, tag_height, text_width
-from asbuilt.export.symbols import polygons
-from asbuilt.plan import Door, Room, Storey
+from asbuilt.export.symbols import polygons, swept
+from asbuilt.plan import Room, Storey
 
 _SIZES = (1.0, 0.75)
 """Shares of the full height of text that are tried; smaller text could not be read."""
@@ -29,7 +29,8 @@ def room_tags(storey: Storey, metre: float) -> Iterator[Tag]:
     obstacles = shapely.union_all(
         [Polygon(column.ring) for column in storey.columns]
         + [Polygon(stair.ring) for stair in storey.stairs]
-        + [_swept(door) for door in storey.doors]
+        + list(swept(storey))
+        + [shapely.make_valid(Polygon(wall.outline)) for wall in storey.walls if len(wall.outline) > 2]
     )
     for room in storey.rooms:
         shape = shapely.make_valid(Polygon(room.ring, room.holes))
@@ -76,14 +77,3 @@ def _middle(space: BaseGeometry, width: float, height: float, turn: float) -> Sh
         if space.contains(box):
             return point
     return None
-
-
-def _swept(door: Door) -> BaseGeometry:
-    """The ground that a door's leaf sweeps."""
-    if door.hinge is None or door.swing is None or door.length == 0:
-        return Polygon()
-    hinge, other = (door.start, door.end) if door.hinge == "start" else (door.end, door.start)
-    counter_clockwise = (door.swing == "left") == (door.hinge == "start")
-    leaf = rotate(ShapelyPoint(other), 90 if counter_clockwise else -90, origin=hinge)
-    corner = (other[0] + leaf.x - hinge[0], other[1] + leaf.y - hinge[1])
-    return Polygon([hinge, other, corner, (leaf.x, leaf.y)])

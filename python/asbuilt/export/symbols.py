@@ -151,6 +151,15 @@ def _swing(door: Door, hole: _Hole) -> Iterator[Mark]:
         yield Stroke(leaf, True, layer=marks.DOOR, id=door.id)
 
 
+def swept(storey: Storey) -> Iterator[Polygon]:
+    """The ground that each door's leaf sweeps, where it was seen."""
+    walls = {wall.id: wall for wall in storey.walls}
+    for door in storey.doors:
+        for mark in _door(door, _hole(door, walls.get(door.wall or ""))):
+            if isinstance(mark, Arc) and mark.radius > 0:
+                yield Polygon([mark.centre, *mark.points])
+
+
 def _window(window: Window, hole: _Hole) -> Iterator[Mark]:
     """Reveals, the sill's edges, and the glass: two lines where the wall has room for them at 1:100, else one."""
     yield from _across(hole, (0.0, hole.width), marks.GLAZING, window.id)
@@ -180,10 +189,13 @@ def _stair(stair: Stair) -> Iterator[Mark]:
         return
     path, outline = LineString(stair.path), shapely.make_valid(Polygon(stair.ring))
     count = max(round((stair.rise or 0.0) / _RISER), 1)
+    steps: list[LineString] = []
     for step in range(1, count):
         across = _step(path, path.length * step / count, 0.6 * outline.area / path.length)
         for part in _lines(across.intersection(outline)):
-            if part.distance(path) < 0.1:  # not the next flight's part of the line
+            # not the next flight's part of the line, nor where a sharp turn would have two of them meet
+            if part.distance(path) < 0.1 and not any(part.intersects(other) for other in steps):
+                steps.append(part)
                 yield Stroke(tuple(part.coords), layer=marks.STAIR, id=stair.id)
     yield Stroke(stair.path, layer=marks.STAIR, id=stair.id)
     yield Arc(stair.path[0], 0.05, layer=marks.STAIR, id=stair.id)

@@ -86,7 +86,7 @@ def _title(plan: FloorPlan) -> str:
 
 
 def _made_by(plan: FloorPlan, evidence: Evidence | None) -> str:
-    points = "" if evidence is None else f" from {evidence.points:,} points in {len(evidence.scans)} scans"
+    points = "" if evidence is None else f" from {evidence.points:,} points in {count(len(evidence.scans), 'scan')}"
     storeys = count(len(plan.storeys), "storey")
     return f"As-built plan of {storeys}, made by asbuilt {__version__}{points}. All lengths in metres."
 
