@@ -106,21 +106,23 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         return np.bincount(chosen.at, minlength=total).astype(np.float64)
 
     apart = np.abs(offset)
+    heights = np.where(np.isfinite(ceilings), ceilings, voxels.height)
+    upper = hits.where((apart > ON_PLANE) & (hits.z > heights.min(initial=np.inf) - _UPPER[0]))
+    # Where the other face of its wall stands, if the room that sees the plane is on the left, and on the right.
+    twins = [twin_distance(upper, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
     near = hits.where((apart > _NEAR[0]) & (apart < _NEAR[1]))
     on_floor = np.abs(near.z) < 0.08
     # Close to the plane most of all: on the far side of a thin wall another room begins.
     faces = []
-    for heights, sign in zip(ceilings, (1, -1), strict=True):
-        level = near.where((on_floor | (np.abs(near.z - heights[near.at]) < 0.1)) & (sign * near.offset > 0))
+    for ceiling, sign, beyond in zip(ceilings, (1, -1), twins[::-1], strict=True):
+        level = near.where((on_floor | (np.abs(near.z - ceiling[near.at]) < 0.1)) & (sign * near.offset > 0))
+        level = level.where(np.abs(level.offset) < (beyond - 0.015)[level.at])
         faces.append(counted(level) + 9 * counted(level.where(np.abs(level.offset) < _CLOSE[1])))
     wide = 2 * round(0.4 / step) + 1
     left = partition[line_of] | (smooth(faces[0], first, wide) >= smooth(faces[1], first, wide))
 
     front_is = np.where(left, 1, -1)
-    ceiling = np.where(left, ceilings[0], ceilings[1])
-    ceiling = np.where(np.isfinite(ceiling), ceiling, voxels.height)
-    upper = hits.where((apart > ON_PLANE) & (hits.z > ceiling.min(initial=np.inf) - _UPPER[0]))
-    twin = twin_distance(upper, front_is, ceiling, first, step)
+    ceiling, twin = np.where(left, heights, heights[::-1])[0], np.where(left, *twins)
     rows = int(np.floor(hits.z.max(initial=0) / step)) + 2
     below = _filled_below(hits.where((apart < ON_PLANE) & (hits.z >= 0)), total, rows, step)
 
@@ -181,14 +183,14 @@ class _Hits:
         return _Hits(self.at[chosen], self.z[chosen], self.offset[chosen])
 
 
-def twin_distance(hits: _Hits, front_is: IntArray, ceiling: FloatArray, first: IntArray, step: float) -> FloatArray:
+def twin_distance(hits: _Hits, front_is: int, ceiling: FloatArray, first: IntArray, step: float) -> FloatArray:
     """How far behind each step the other face of its wall stands, m; the depth of the elevation where none is seen.
 
-    `front_is` 1 where the room is on the left of a step. Another face is filled in the upper zone, which a door leaf in
+    `front_is` 1 if the room is on the left of the line, else -1. Another face is filled in the upper zone, which a door leaf in
     the wall's opening is not.
     """
     total = len(ceiling)
-    behind = -front_is[hits.at] * hits.offset
+    behind = -front_is * hits.offset
     upper = (behind > ON_PLANE + 0.01) & (hits.z > ceiling[hits.at] - _UPPER[0])
     upper &= hits.z < ceiling[hits.at] - _UPPER[1]
     slots = int(np.ceil(_DEPTH / 0.02))
