@@ -25,6 +25,8 @@ _DOOR_WIDTH = (0.5, 2.6)
 
 _MET = (0.22, 0.12)
 """A stretch shorter than the first, beyond a gap longer than the second, is another wall met end on, m."""
+_ABOVE = (0.3, 0.6)
+"""No wall stands where the ceiling goes on behind it over so many metres each way, over more than this share of them."""
 _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _SLIVER = (0.5, 0.06)
@@ -89,6 +91,9 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     inside = (smooth(elevations.whole, elevations.first, 3) < 0.02) & (elevations.front < 0.5)
     score = np.where(inside, np.minimum(score, -0.02), score)
     room_goes_on = (elevations.ceiling_behind > 0.35) & (elevations.front > 0.35) & (upper < 0.25)
+    # A cupboard may reach nearly to the ceiling, and yet the ceiling goes on over it.
+    above = smooth(elevations.ceiling_behind, elevations.first, 2 * round(_ABOVE[0] / elevations.step) + 1)
+    room_goes_on |= (above > _ABOVE[1]) & (elevations.ceiling_behind > 0.35) & (lower > 0.5)
     score = np.where(room_goes_on, -2.0, score)
     opening = (lower < 0.15) & ((elevations.floor_behind > 0.3) | (elevations.low_behind > 0.3))
     score = np.where(opening, -1.5, score)
