@@ -31,6 +31,8 @@ _ALONE = (1.5, 3.5)
 """A side on which no face was found is drawn up to these lengths, m..."""
 _SHOWS = (0.3, 0.6)
 """...if something shows over this share of it."""
+_STANDING = (0.2, 1.9)
+"""It shows between these heights, m: higher up it may be a beam."""
 _DOUBLE = 0.3
 """A board, or the pane of a window, is no further before or behind a side, m."""
 
@@ -205,7 +207,7 @@ def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, step: flo
         return False
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
     _, voxel, place, _ = voxels.strips(segment, _ON_SIDE)
-    standing = (voxels.z[voxel] > 0.2) & (voxels.z[voxel] < voxels.height - 0.1)
+    standing = (voxels.z[voxel] > _STANDING[0]) & (voxels.z[voxel] < _STANDING[1])
     counts = np.bincount((place[standing] / step).astype(np.int64), minlength=1)
     return bool((counts >= 6).sum() * step > _SHOWS[length > _ALONE[0]] * length)
 
