@@ -29,6 +29,8 @@ _CLOSE = (0.03, 0.08)
 """Where they go on this close behind the plane, no wall can stand; nor can its other face, m."""
 _THIN = (0.5, 0.85)
 """In clouds thinner than this, steps are two and four voxels long."""
+_LEVEL = 0.08
+"""What lies this near to the height of the floor is floor, m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 
@@ -93,8 +95,9 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     direction = (lines[:, 2:] - lines[:, :2]) / length[:, None]
     normal = np.column_stack([-direction[:, 1], direction[:, 0]])
     place = lines[line_of, :2] + along[:, None] * direction[line_of]
-    ceilings = np.stack(
-        [ceiling_heights(place, direction[line_of], side * normal[line_of], voxels) for side in (1, -1)]
+    ceilings, floors = (
+        np.stack([heights(place, direction[line_of], side * normal[line_of], voxels) for side in (1, -1)])
+        for heights in (ceiling_heights, floor_heights)
     )
 
     line, voxel, position, offset = voxels.strips(lines, _DEPTH, MARGIN)
@@ -111,7 +114,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     # Where the other face of its wall stands, if the room that sees the plane is on the left, and on the right.
     twins = [twin_distance(upper, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
     near = hits.where((apart > _NEAR[0]) & (apart < _NEAR[1]))
-    on_floor = np.abs(near.z) < 0.08
+    on_floor = np.abs(near.z - floors[(near.offset < 0).astype(np.int64), near.at]) < _LEVEL
     # Close to the plane most of all: on the far side of a thin wall another room begins.
     faces = []
     for ceiling, sign, beyond in zip(ceilings, (1, -1), twins[::-1], strict=True):
@@ -156,19 +159,32 @@ def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, v
     The highest voxel of each cell of 10 cm is sampled up to 0.9 m to the side; the ceiling is a high percentile, so
     that lamps and beams under it do not count.
     """
-    low, tops = voxels.tops
-    flat, shape = tops.ravel(), np.array(tops.shape)
+    found = np.sort(_aside(place, along, towards, *voxels.tops), axis=0)  # what is not known comes first
+    known = np.isfinite(found).sum(axis=0)
+    rank = len(found) - known + np.round(0.7 * (known - 1)).astype(np.int64)
+    height = found[np.clip(rank, 0, len(found) - 1), np.arange(len(place))]
+    return np.where(known >= 4, height, np.nan)
+
+
+def floor_heights(place: FloatArray, along: FloatArray, towards: FloatArray, voxels: StoreyVoxels) -> FloatArray:
+    """Height of the floor (m above the storey's) to one side of places (n, 2): rooms may lie a few steps higher."""
+    found = np.sort(_aside(place, along, towards, *voxels.bottoms), axis=0)  # what is not known comes last
+    known = np.isfinite(found).sum(axis=0)
+    rank = np.round(0.3 * np.maximum(known - 1, 0)).astype(np.int64)
+    usual = (np.abs(found) < _LEVEL).sum(axis=0) >= 0.25 * known
+    return np.where(usual | (known < 4), 0.0, found[rank, np.arange(len(place))])
+
+
+def _aside(place: FloatArray, along: FloatArray, towards: FloatArray, low: IntArray, heights: FloatArray) -> FloatArray:
+    """Samples (18, n) of a grid of heights up to 0.9 m to one side of places."""
+    flat, shape = heights.ravel(), np.array(heights.shape)
     samples = []
     for aside in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9):
         for shift in (-0.2, 0.0, 0.2):
             x, y = np.floor((place + aside * towards + shift * along) / TOP_CELL).astype(np.int64).T - low[:, None]
             # The cells on the border know nothing.
             samples.append(flat[np.clip(x, 0, shape[0] - 1) * shape[1] + np.clip(y, 0, shape[1] - 1)])
-    found = np.sort(samples, axis=0)  # what is not known comes first, as minus infinity
-    known = np.isfinite(found).sum(axis=0)
-    rank = len(found) - known + np.round(0.7 * (known - 1)).astype(np.int64)
-    height = found[np.clip(rank, 0, len(found) - 1), np.arange(len(place))]
-    return np.where(known >= 4, height, np.nan)
+    return np.array(samples)
 
 
 @dataclass(frozen=True)
@@ -186,8 +202,8 @@ class _Hits:
 def twin_distance(hits: _Hits, front_is: int, ceiling: FloatArray, first: IntArray, step: float) -> FloatArray:
     """How far behind each step the other face of its wall stands, m; the depth of the elevation where none is seen.
 
-    `front_is` 1 if the room is on the left of the line, else -1. Another face is filled in the upper zone, which a door leaf in
-    the wall's opening is not.
+    `front_is` 1 if the room is on the left of the line, else -1. Another face is filled in the upper zone, which a
+    door leaf in the wall's opening is not.
     """
     total = len(ceiling)
     behind = -front_is * hits.offset

@@ -26,7 +26,7 @@ _DOOR_WIDTH = (0.5, 2.6)
 _MET = (0.22, 0.12)
 """A stretch shorter than the first, beyond a gap longer than the second, is another wall met end on, m."""
 _ABOVE = (0.5, 0.6)
-"""No wall stands where the ceiling goes on behind it over so many metres each way, over more than this share of them."""
+"""No wall stands where the ceiling goes on behind it over more than a share of so many metres each way."""
 _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _SLIVER = (0.5, 0.06)

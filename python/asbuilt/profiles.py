@@ -27,6 +27,8 @@ TOP_CELL = 0.1
 """Ground cells in which the highest voxels are looked up, m."""
 _OVERHEAD = 1.7
 """Lower voxels are no ceiling's, m."""
+_UNDERFOOT = 0.7
+"""No floor of a storey lies higher over its lowest one, m."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,17 @@ class StoreyVoxels:
         tops = np.full((x.max(initial=0) - low[0] + 2, y.max(initial=0) - low[1] + 2), -np.inf)
         np.maximum.at(tops, (x - low[0], y - low[1]), self.z[high])
         return low, tops
+
+    @cached_property
+    def bottoms(self) -> tuple[IntArray, FloatArray]:
+        """The lowest voxel over each cell of `TOP_CELL`, as in `tops`; infinity above 0.7 m, and on the border."""
+        lowest = self.first[:-1]
+        lowest = lowest[self.z[lowest] < _UNDERFOOT]
+        x, y = np.floor(self.xy[lowest] / TOP_CELL).astype(np.int64).T
+        low = np.array([x.min(initial=0), y.min(initial=0)]) - 1
+        bottoms = np.full((x.max(initial=0) - low[0] + 2, y.max(initial=0) - low[1] + 2), np.inf)
+        np.minimum.at(bottoms, (x - low[0], y - low[1]), self.z[lowest])
+        return low, bottoms
 
 
 def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> StoreyVoxels:
