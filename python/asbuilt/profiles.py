@@ -27,8 +27,8 @@ TOP_CELL = 0.1
 """Ground cells in which the highest voxels are looked up, m."""
 _OVERHEAD = 1.7
 """Lower voxels are no ceiling's, m."""
-_UNDERFOOT = 0.7
-"""No floor of a storey lies higher over its lowest one, m."""
+_UNDERFOOT = (-0.08, 0.7)
+"""The floors of a storey lie this much higher than its lowest one, m."""
 
 
 @dataclass(frozen=True)
@@ -99,9 +99,11 @@ class StoreyVoxels:
 
     @cached_property
     def bottoms(self) -> tuple[IntArray, FloatArray]:
-        """The lowest voxel over each cell of `TOP_CELL`, as in `tops`; infinity above 0.7 m, and on the border."""
-        lowest = self.first[:-1]
-        lowest = lowest[self.z[lowest] < _UNDERFOOT]
+        """The lowest voxel over each cell of `TOP_CELL`, as in `tops`; infinity above 0.7 m, and on the border.
+
+        What lies below the storey's floor is most often the ceiling of the storey below.
+        """
+        lowest = np.flatnonzero((self.z > _UNDERFOOT[0]) & (self.z < _UNDERFOOT[1]))
         x, y = np.floor(self.xy[lowest] / TOP_CELL).astype(np.int64).T
         low = np.array([x.min(initial=0), y.min(initial=0)]) - 1
         bottoms = np.full((x.max(initial=0) - low[0] + 2, y.max(initial=0) - low[1] + 2), np.inf)
