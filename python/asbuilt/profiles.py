@@ -18,7 +18,7 @@ from asbuilt.grid import FloatArray, IntArray
 from asbuilt.storeys import Level, in_company
 
 _BELOW_FLOOR = 0.3
-"""Voxels this far below a storey's floor still belong to it, m: steps, thresholds, sunken floors."""
+"""Voxels this far below the floor of the lowest storey still belong to it, m: steps, thresholds, sunken floors."""
 _SLAB = 0.12
 """A storey ends this far below the floor above it, m."""
 _OVER_CEILING = 0.1
@@ -27,8 +27,8 @@ TOP_CELL = 0.1
 """Ground cells in which the highest voxels are looked up, m."""
 _OVERHEAD = 1.7
 """Lower voxels are no ceiling's, m."""
-_UNDERFOOT = (-0.08, 0.7)
-"""The floors of a storey lie this much higher than its lowest one, m."""
+_UNDERFOOT = 0.7
+"""No floor of a storey lies higher over the usual one, m."""
 
 
 @dataclass(frozen=True)
@@ -99,11 +99,9 @@ class StoreyVoxels:
 
     @cached_property
     def bottoms(self) -> tuple[IntArray, FloatArray]:
-        """The lowest voxel over each cell of `TOP_CELL`, as in `tops`; infinity above 0.7 m, and on the border.
-
-        What lies below the storey's floor is most often the ceiling of the storey below.
-        """
-        lowest = np.flatnonzero((self.z > _UNDERFOOT[0]) & (self.z < _UNDERFOOT[1]))
+        """The lowest voxel over each cell of `TOP_CELL`, as in `tops`; infinity above 0.7 m, and on the border."""
+        lowest = self.first[:-1]
+        lowest = lowest[self.z[lowest] < _UNDERFOOT]
         x, y = np.floor(self.xy[lowest] / TOP_CELL).astype(np.int64).T
         low = np.array([x.min(initial=0), y.min(initial=0)]) - 1
         bottoms = np.full((x.max(initial=0) - low[0] + 2, y.max(initial=0) - low[1] + 2), np.inf)
@@ -121,7 +119,8 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     if above is not None:
         top = min(top, above.floor - _SLAB - level.floor)
     z = evidence.height - level.floor
-    kept = np.flatnonzero((z > -_BELOW_FLOOR) & (z < top))
+    # What lies lower under another floor is the ceiling of the storey below.
+    kept = np.flatnonzero((z > -(_BELOW_FLOOR if level.index == 0 else _SLAB)) & (z < top))
     coarse, coarse_of, _ = count_rows(evidence.index[kept] // 2)
     kept = kept[in_company(coarse)[coarse_of]]
     index = evidence.index[kept][:, :2]
