@@ -194,6 +194,15 @@ def test_a_bug_is_one_line_too(room, run, monkeypatch):
     assert one_line(err, "ZeroDivisionError", "report")
 
 
+def rest_of(terminal: int) -> bytes:
+    """All that is still written to a terminal."""
+    seen = b""
+    with contextlib.suppress(OSError):  # its end
+        while more := os.read(terminal, 65536):
+            seen += more
+    return seen
+
+
 def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path):
     scans = tmp_path / "scans"
     scans.mkdir()
@@ -211,9 +220,7 @@ def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path
                 seen += os.read(ours, 65536)
             started = time.monotonic()
             process.send_signal(signal.SIGINT)
-            with contextlib.suppress(OSError):  # the end of a terminal
-                while more := os.read(ours, 65536):
-                    seen += more
+            seen += rest_of(ours)
         finally:
             os.close(ours)
     assert time.monotonic() - started < 15.0  # half a second, on a machine with nothing else to do
@@ -254,14 +261,13 @@ def test_progress_is_drawn_on_a_terminal_only(room, tmp_path):
     command = [*ASBUILT, "plan", str(room), "-o", str(tmp_path / "plan.geojson")]
     assert subprocess.run(command, capture_output=True, check=True).stderr == b""
     ours, theirs = pty.openpty()
-    try:
-        subprocess.run(
-            command, stdout=subprocess.DEVNULL, stderr=theirs, check=True, env={**os.environ, "TERM": "xterm"}
-        )
-        assert b"reading" in os.read(ours, 65536)
-    finally:
-        os.close(ours)
+    terminal = {**os.environ, "TERM": "xterm"}
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=theirs, env=terminal) as process:
         os.close(theirs)
+        seen = rest_of(ours)  # while it runs: a terminal that nobody reads is full soon
+    os.close(ours)
+    assert process.returncode == 0
+    assert b"reading" in seen
 
 
 def test_help_and_errors_do_not_wait_for_heavy_imports():

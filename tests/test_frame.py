@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 import asbuilt
 import buildings
-from asbuilt import Evidence, InputError, evidence_from_points, extract_floor_plan
-from asbuilt.frame import check_upright, doubt_extent, doubt_unit, doubt_up, find_upward
+from asbuilt import InputError, evidence_from_points, extract_floor_plan
+from asbuilt.frame import check_upright, doubt_extent, doubt_unit, find_upward
 from asbuilt.plan import Door, Storey
 from buildings import Scanner
 from rooms import box, box_room, level, noisy, wall, without, write_las
@@ -131,9 +131,3 @@ def test_plan_refuses_what_lies_unless_told_which_axis_is_up(run, tmp_path: Path
     assert code in (0, 1)
     assert "asbuilt: note: up: " in err
     assert "asbuilt: note: up: " in run("info", scan)[2]
-
-
-def test_the_example_stands(example: Path) -> None:
-    house: Evidence = asbuilt.gather_evidence(asbuilt.read(example / "scans.laz"))
-    assert doubt_up(house) is None
-    assert extract_floor_plan(house).notes == ()

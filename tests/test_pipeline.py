@@ -185,6 +185,7 @@ def test_parameters_are_written_whole() -> None:
 
 def test_the_example(example: Path) -> None:
     plan = extract_floor_plan(example / "scans.laz")
+    assert plan.notes == ()  # nothing is doubtful
     walls = evaluate(plan, json.loads((example / "truth.json").read_text())).scores.walls["observed"]
     assert walls.f >= 0.90
     assert walls.distance_error <= 0.008
