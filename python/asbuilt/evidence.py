@@ -169,13 +169,13 @@ def evidence_from_points(points: FloatArray, parameters: EvidenceParameters | No
 
 
 def unique_rows(index: IntArray) -> IntArray:
-    """The different rows of (n, 3) integer indices, sorted by their columns."""
+    """The different rows of (n, k) integer indices, sorted by their columns."""
     order, new = _sorted(index)
     return index[order[new]].astype(np.int64)
 
 
 def count_rows(index: IntArray) -> tuple[IntArray, IntArray, IntArray]:
-    """The different rows (m, 3) of (n, 3) integer indices, sorted; which of them each row is (n,); how often (m,)."""
+    """The different rows (m, k) of (n, k) integer indices, sorted; which of them each row is (n,); how often (m,)."""
     order, new = _sorted(index)
     inverse = np.empty(len(order), dtype=np.int64)
     inverse[order] = np.cumsum(new) - 1
@@ -183,7 +183,7 @@ def count_rows(index: IntArray) -> tuple[IntArray, IntArray, IntArray]:
 
 
 def rows_in(index: IntArray, among: IntArray) -> BoolArray:
-    """Which rows of (n, 3) integer indices are also rows of `among` (m, 3)."""
+    """Which rows of (n, k) integer indices are also rows of `among` (m, k)."""
     if len(index) == 0 or len(among) == 0:
         return np.zeros(len(index), dtype=np.bool_)
     (low, high), (other_low, other_high) = _extent(index), _extent(among)
@@ -194,7 +194,7 @@ def rows_in(index: IntArray, among: IntArray) -> BoolArray:
 
 
 def _sorted(index: IntArray) -> tuple[IntArray, BoolArray]:
-    """The order that sorts rows (n, 3), and which of them, in that order, differ from the one before."""
+    """The order that sorts rows (n, k), and which of them, in that order, differ from the one before."""
     if len(index) == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.bool_)
     keys = _keys(index, *_extent(index))
@@ -206,7 +206,7 @@ def _sorted(index: IntArray) -> tuple[IntArray, BoolArray]:
 
 
 def _extent(index: IntArray) -> tuple[IntArray, IntArray]:
-    """The least and the greatest of each column of (n, 3) indices."""
+    """The least and the greatest of each column of (n, k) indices."""
     low, high = (np.array([end(column) for column in index.T], dtype=np.int64) for end in (np.min, np.max))
     return low, high
 
@@ -214,7 +214,7 @@ def _extent(index: IntArray) -> tuple[IntArray, IntArray]:
 def _keys(index: IntArray, low: IntArray, high: IntArray) -> IntArray:
     """One integer for each row. Indices fit: a kilometre of strays each way, at 1 cm, takes 51 of 63 bits."""
     keys: IntArray = index[:, 0] - low[0]
-    for axis in (1, 2):
+    for axis in range(1, index.shape[1]):
         keys *= high[axis] - low[axis] + 1
         keys += index[:, axis] - low[axis]
     return keys

@@ -16,6 +16,7 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt.elevations import ON_PLANE, Elevations, ceiling_heights
+from asbuilt.evidence import unique_rows
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Opening, Point, Room, Wall
@@ -317,7 +318,7 @@ def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     low, top = voxels.first[:-1], voxels.first[1:] - 1
     level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
     size = _SAMPLED * voxels.voxel
-    places = shapely.points((np.unique(voxels.index[low[level]] // _SAMPLED, axis=0) + 0.5) * size)
+    places = shapely.points((unique_rows(voxels.index[low[level]] // _SAMPLED) + 0.5) * size)
     cell, _ = shapely.STRtree(places).query(cells, predicate="contains")
     share: FloatArray = np.bincount(cell, minlength=len(cells)) * size**2 / np.maximum(shapely.area(cells), 1e-6)
     # A strip may pass between the cells that are looked at.

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from asbuilt.grid import FloatArray
+from asbuilt.neighbours import near_each
 from asbuilt.plan import Opening, Wall, WallFace
 
 AnyOpening = TypeVar("AnyOpening", bound=Opening)
@@ -113,7 +114,11 @@ def find_walls(
 
 def attach(openings: Sequence[AnyOpening], walls: Sequence[Wall]) -> tuple[AnyOpening, ...]:
     """Openings with the wall that each is in; where both its faces were seen, on the wall's centreline."""
-    return tuple(_attached(opening, walls) for opening in openings)
+    thickest = max((wall.drawn_thickness for wall in walls), default=0.0)
+    centrelines = np.array([[*wall.start, *wall.end] for wall in walls]).reshape(-1, 4)
+    ends = np.array([[*opening.start, *opening.end] for opening in openings]).reshape(-1, 4)
+    near = near_each(ends, centrelines, thickest / 2 + 1.0)
+    return tuple(_attached(opening, [walls[i] for i in about]) for opening, about in zip(openings, near, strict=True))
 
 
 def _attached(opening: AnyOpening, walls: Sequence[Wall]) -> AnyOpening:
