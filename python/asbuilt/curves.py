@@ -12,8 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from asbuilt.faces import Face
+from asbuilt.faces import Face, segments_of
 from asbuilt.grid import BoolArray, FloatArray
+from asbuilt.neighbours import near_each
 from asbuilt.profiles import StoreyVoxels
 
 _MAX_CHORD = 3.5
@@ -62,9 +63,10 @@ def find_chains(faces: list[Face]) -> list[list[int]]:
     """Indices of faces that follow one another, turning steadily one way; at least three each."""
     short = [i for i, face in enumerate(faces) if face.length < _MAX_CHORD]
     following: dict[int, tuple[int, float]] = {}
-    for i in short:
+    tips = segments_of([faces[i] for i in short])
+    for i, near in zip(short, near_each(tips[:, 2:], tips[:, :2], _NEXT), strict=True):
         best = _NEXT
-        for j in short:
+        for j in (short[k] for k in near):
             apart = float(np.hypot(*(faces[j].start - faces[i].end)))
             turn = _turn(faces[i], faces[j])
             ahead = float((faces[j].end - faces[i].end) @ faces[i].along) > 0

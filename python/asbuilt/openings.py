@@ -18,6 +18,7 @@ from asbuilt.elevations import Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.leaves import Leaf, find_leaves
+from asbuilt.neighbours import near_each
 from asbuilt.opening_boxes import DOOR_WIDTH, SILL, WINDOW_SIZE, Box, Rim, find_boxes, look_behind, measure_rim
 from asbuilt.plan import Door, DoorState, Opening, Point, UnknownOpening, Window
 from asbuilt.profiles import StoreyVoxels
@@ -37,6 +38,8 @@ _GATHERED = 0.025
 """Voxels of a jamb lie this near to one another along its side, m."""
 _AGREE = 0.04
 """Places of a jamb that differ less, as seen from both sides of its wall, are averaged, m."""
+_SAME_OPENING = 2 * DOOR_WIDTH[1]
+"""Holes whose starts are further apart are not the same opening, m."""
 _THICKEST = 0.8
 """The two sides of a wall are no further apart, m."""
 
@@ -345,14 +348,16 @@ def pair_holes(holes: list[Hole]) -> list[list[Hole]]:
     A hole that lies behind or before another one and looks the same way is the same opening once more: a pane or a
     frame makes a plane of its own.
     """
-    pairs: list[list[Hole]] = []
-    for hole in sorted(holes, key=lambda h: (-h.score, h.side, h.low)):
-        together = next((pair for pair in pairs if _are_one(pair[0], hole)), None)
+    holes = sorted(holes, key=lambda h: (-h.score, h.side, h.low))
+    starts = np.array([hole.start for hole in holes]).reshape(-1, 2)
+    pairs: dict[int, list[Hole]] = {}
+    for i, near in enumerate(near_each(starts, starts, _SAME_OPENING)):
+        together = next((pairs[j] for j in near if j in pairs and _are_one(pairs[j][0], holes[i])), None)
         if together is None:
-            pairs.append([hole])
-        elif len(together) == 1 and _facing(together[0], hole) < 0:
-            together.append(hole)
-    return pairs
+            pairs[i] = [holes[i]]
+        elif len(together) == 1 and _facing(together[0], holes[i]) < 0:
+            together.append(holes[i])
+    return list(pairs.values())
 
 
 def _facing(a: Hole, b: Hole) -> float:
@@ -362,7 +367,7 @@ def _facing(a: Hole, b: Hole) -> float:
 
 def _are_one(a: Hole, b: Hole) -> bool:
     """Whether two holes are in one wall, at the same place."""
-    if math.dist(a.start.tolist(), b.start.tolist()) > 2 * DOOR_WIDTH[1] or abs(_facing(a, b)) < 0.96:
+    if math.dist(a.start.tolist(), b.start.tolist()) > _SAME_OPENING or abs(_facing(a, b)) < 0.96:
         return False
     relative = np.array([b.start, b.end]) - a.start
     low, high = np.sort(relative @ a.along)
@@ -386,13 +391,18 @@ def find_unknown(sides: WallSides, holes: list[Hole]) -> list[FloatArray]:
             if high - low > DOOR_WIDTH[1]:
                 continue
             start, end = sides.at(side, low)[0], sides.at(side, high)[0]
-            if not any(_shares(start, end, hole) for hole in holes):
-                gaps.append(np.concatenate([start, end]))
-    return gaps
+            gaps.append(np.concatenate([start, end]))
+    near = near_each(
+        np.array(gaps).reshape(-1, 4),
+        np.array([[*hole.start, *hole.end] for hole in holes]).reshape(-1, 4),
+        _THICKEST,
+    )
+    return [gap for gap, about in zip(gaps, near, strict=True) if not any(_shares(gap, holes[i]) for i in about)]
 
 
-def _shares(start: FloatArray, end: FloatArray, hole: Hole) -> bool:
-    """Whether a gap and a hole are of one wall and overlap."""
+def _shares(gap: FloatArray, hole: Hole) -> bool:
+    """Whether a gap (4,) and a hole are of one wall and overlap."""
+    start, end = gap[:2], gap[2:]
     way = (end - start) / max(float(np.hypot(*(end - start))), 1e-12)
     relative = np.array([hole.start, hole.end]) - start
     place = np.sort(relative @ way)

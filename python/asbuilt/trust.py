@@ -211,7 +211,7 @@ def trust_elements(storey: Storey) -> Storey:
         doors=tuple(_trust_opening(door, by_id) for door in storey.doors),
         windows=tuple(_trust_opening(window, by_id) for window in storey.windows),
         unknown_openings=tuple(_trust_opening(opening, by_id) for opening in storey.unknown_openings),
-        rooms=tuple(_trust_room(room, storey.wall_faces) for room in storey.rooms),
+        rooms=_trust_rooms(storey.rooms, storey.wall_faces),
         columns=tuple(_trust_column(column) for column in storey.columns),
         stairs=tuple(_trust_stair(stair) for stair in storey.stairs),
     )
@@ -233,15 +233,19 @@ def _trust_opening(opening: AnOpening, walls: dict[str, Wall]) -> AnOpening:
     return replace(opening, sigma=float(np.hypot(wall.sigma, opening.rms)), confidence=confidence)
 
 
-def _trust_room(room: Room, faces: Sequence[WallFace]) -> Room:
+def _trust_rooms(rooms: Sequence[Room], faces: Sequence[WallFace]) -> tuple[Room, ...]:
     import shapely  # heavy: help and errors do not wait for it
 
-    edge = shapely.Polygon(room.ring, room.holes).boundary.buffer(0.03)
-    lines = shapely.linestrings([[face.start, face.end] for face in faces]) if faces else np.zeros(0)
-    shared = shapely.length(shapely.intersection(lines, edge)) if len(faces) else np.zeros(0)
-    near = np.flatnonzero(shared > 0.1)
-    sigma, confidence = _together([faces[i] for i in near.tolist()], shared[near].tolist())
-    return replace(room, sigma=sigma, confidence=confidence)
+    lines = shapely.STRtree([shapely.LineString([face.start, face.end]) for face in faces])
+    trusted = []
+    for room in rooms:
+        edge = shapely.Polygon(room.ring, room.holes).boundary.buffer(0.03)
+        about = np.sort(lines.query(edge))
+        shared = shapely.length(shapely.intersection(lines.geometries[about], edge))
+        along = shared > 0.1
+        sigma, confidence = _together([faces[i] for i in about[along].tolist()], shared[along].tolist())
+        trusted.append(replace(room, sigma=sigma, confidence=confidence))
+    return tuple(trusted)
 
 
 def _trust_column(column: Column) -> Column:

@@ -11,6 +11,7 @@ import numpy as np
 
 from asbuilt import _core
 from asbuilt.grid import FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.params import WallParameters
 from asbuilt.profiles import Columns, StoreyVoxels
 
@@ -42,6 +43,7 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
     order = np.argsort(-strength, kind="stable")
     lines = lines[order]
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    about = near_each(lines, lines, parameters.bridge + parameters.band)
     free = np.ones(len(lines), dtype=np.bool_)
     joined = []
     for i in range(len(lines)):
@@ -50,20 +52,23 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
         free[i] = False
         start, along = lines[i, :2], (lines[i, 2:] - lines[i, :2]) / length[i]
         normal = np.array([-along[1], along[0]])
-        relative = lines.reshape(-1, 2, 2) - start
-        position = np.sort(relative @ along, axis=1)
-        offset = np.abs(relative @ normal).max(axis=1)
-        turned = np.abs((lines[:, 2:] - lines[:, :2]) @ normal) / length
         low, high = 0.0, float(length[i])
+        others = set(about[i])
         while True:
+            other = np.array([j for j in sorted(others) if free[j]], dtype=np.int64)
+            relative = lines[other].reshape(-1, 2, 2) - start
+            position = np.sort(relative @ along, axis=1)
+            offset = np.abs(relative @ normal).max(axis=1)
+            turned = np.abs((lines[other, 2:] - lines[other, :2]) @ normal) / length[other]
             gap = np.maximum(position[:, 0] - high, low - position[:, 1])
             near = gap < 1.0
-            same = free & (gap < parameters.bridge)
+            same = gap < parameters.bridge
             same &= offset < np.where(near, parameters.band, 0.67 * parameters.band)
             same &= turned < np.where(near, 0.03, 0.01)
             if not same.any():
                 break
-            free &= ~same
+            free[other[same]] = False
+            others.update(k for j in other[same] for k in about[j])
             low, high = min(low, float(position[same, 0].min())), max(high, float(position[same, 1].max()))
         joined.append(np.concatenate([start + low * along, start + high * along]))
     return np.array(joined).reshape(-1, 4)

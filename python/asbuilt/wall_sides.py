@@ -298,6 +298,7 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
     length = np.maximum(np.hypot(*(end - start).T), 1e-12)
     along = (end - start) / length[:, None]
     normal = np.column_stack([-along[:, 1], along[:, 0]])
+    bounds = np.searchsorted(piece, np.arange(len(segments) + 1))  # columns come piece after piece
     for face in faces:
         relative = np.array([face.start, face.end])[:, None] - start
         place = (relative * along).sum(axis=2)
@@ -306,7 +307,7 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
         opposite = (along @ face.along < -0.97) & beside & (depth.min(axis=0) > 0.03) & (depth.min(axis=0) < _DEPTH)
         if not opposite.any():
             continue
-        column = np.flatnonzero(opposite[piece])
+        column = np.concatenate([np.arange(bounds[i], bounds[i + 1]) for i in np.flatnonzero(opposite)])
         to_column = middle[column] - face.start
         at = to_column @ face.along
         behind = -(to_column @ face.normal)

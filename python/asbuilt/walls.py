@@ -206,15 +206,24 @@ def _piece(
 
 def _join(pieces: list[_Piece], holes: FloatArray) -> list[_Piece]:
     """Join pieces of one wall that follow one another."""
-    joined: list[_Piece] = []
-    for piece in sorted(pieces, key=lambda p: (p.low - p.high, p.faces)):
+    pieces = sorted(pieces, key=lambda p: (p.low - p.high, p.faces))
+    ends = np.array([p.middle + side * (p.high - p.low) / 2 * p.along for p in pieces for side in (-1, 1)])
+    near = near_each(ends.reshape(-1, 4), ends.reshape(-1, 4), _OPENING + 2 * _THICKNESS[1])
+    joined: dict[int, _Piece] = {}
+    members: dict[int, list[int]] = {}
+    joined_to: dict[int, int] = {}  # in which of these each piece is
+    for number, piece in enumerate(pieces):
+        own = [number]
         while True:
-            i = next((i for i, other in enumerate(joined) if _follows(piece, other, holes)), None)
-            if i is None:
+            about = sorted({joined_to[j] for i in own for j in near[i] if j in joined_to} & joined.keys())
+            found = next((i for i in about if _follows(piece, joined[i], holes)), None)
+            if found is None:
                 break
-            piece = _joined(joined.pop(i), piece)
-        joined.append(piece)
-    return sorted(joined, key=lambda p: p.faces)
+            piece = _joined(joined.pop(found), piece)
+            own += members.pop(found)
+        joined[number], members[number] = piece, own
+        joined_to |= dict.fromkeys(own, number)
+    return sorted(joined.values(), key=lambda p: p.faces)
 
 
 def _follows(one: _Piece, other: _Piece, holes: FloatArray) -> bool:
