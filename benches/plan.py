@@ -115,7 +115,8 @@ def main() -> None:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("numpy", "scipy", "shapely"))
     about = (
         f"`asbuilt plan {given.scans.parent.name}.evidence`, start-up included: {whole:.1f} s of CPU (the least of "
-        f"{given.repeat}), on {processor()} with {os.cpu_count()} cores, Python {platform.python_version()}, {versions}."
+        f"{given.repeat}), on {processor()} with {os.cpu_count()} cores, "
+        f"Python {platform.python_version()}, {versions}."
     )
     if load > 1:
         about += f" Other work ran beside it (load {load:.1f}), which makes CPU seconds longer, too."
