@@ -153,12 +153,11 @@ class Columns:
 def columns(voxels: StoreyVoxels, low: float = 0.15, under_ceiling: float = 0.1) -> Columns:
     """Gather the voxels from `low` (m above the floor) to `under_ceiling` (m) into their ground cells."""
     inside = (voxels.z > low) & (voxels.z < voxels.height - under_ceiling)
-    cells, xy = voxels.index[inside].astype(np.int64), voxels.xy[inside]
+    cells, xy = voxels.index[inside], voxels.xy[inside]
     if len(cells) == 0:
         return Columns(np.zeros((0, 2)), np.zeros(0))
-    span = np.ptp(cells[:, 1]) + 1
-    keys = (cells[:, 0] - cells[:, 0].min()) * span + cells[:, 1] - cells[:, 1].min()
-    _, column = np.unique(keys, return_inverse=True)
+    # They come sorted by their cells.
+    column = np.concatenate([[0], np.cumsum((np.diff(cells[:, 0]) != 0) | (np.diff(cells[:, 1]) != 0))])
     filled = np.bincount(column).astype(np.float64)
     mean = np.column_stack([np.bincount(column, xy[:, axis]) / filled for axis in (0, 1)])
     return Columns(mean, filled)
