@@ -125,7 +125,9 @@ def _check_walls(storey: Storey, cloud: Labelled) -> None:
     near = np.zeros(len(points), dtype=bool)
     near[faces.query(points, predicate="dwithin", distance=NEAR)[0]] = True
     is_wall = cloud.classes == PointClass.WALL
-    assert near[is_wall].mean() > 0.8  # shelves and skirting boards stand in front of some
+    # shelves and skirting boards stand in front of some; and a camera's scan wobbles by centimetres
+    wobbles = bool(np.median([face.rms for face in storey.wall_faces]) > 0.01)
+    assert near[is_wall].mean() > (0.5 if wobbles else 0.8)
     openings = [
         shapely.LineString([o.start, o.end]) for o in (*storey.doors, *storey.windows, *storey.unknown_openings)
     ]
@@ -135,7 +137,7 @@ def _check_walls(storey: Storey, cloud: Labelled) -> None:
     near[ways.query(points, predicate="within")[0]] = False
     near[bodies.query(points, predicate="within")[0]] = False
     if all(wall.height is None for wall in storey.walls):  # else some end below
-        assert is_wall[near].mean() > 0.95
+        assert is_wall[near].mean() > (0.9 if wobbles else 0.95)
 
 
 def _check_rooms(plan: FloorPlan, cloud: Labelled) -> None:

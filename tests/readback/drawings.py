@@ -119,8 +119,8 @@ def check_pdf(plan: FloorPlan, written: tuple[Path, ...]) -> None:
     mm = drawing.sheet.metre / 1000  # of paper to the millimetre of building
     document = pypdfium2.PdfDocument(path)
     for storey, page, shown in zip(plan, pypdf.PdfReader(path).pages, document, strict=True):
-        size = float(page.mediabox.width) * POINT, float(page.mediabox.height) * POINT
-        assert any(np.allclose(size, known, atol=0.1) for known in (*SHEETS.values(), (210.0, 297.0)))
+        size = sorted((float(page.mediabox.width) * POINT, float(page.mediabox.height) * POINT), reverse=True)
+        assert any(np.allclose(size, known, atol=0.1) for known in SHEETS.values())
         text = page.extract_text()
         assert f"1:{drawing.sheet.scale:g}" in text
         assert text.count(" m²") == len(storey.rooms) + bool(storey.rooms)  # and that of all of them

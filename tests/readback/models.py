@@ -30,8 +30,13 @@ def complaints(path: Path) -> list[Any]:
     It has pytest word what breaks a rule, which takes seconds to make ready; so that is done only where a rule is
     broken, which without it is an error that has no words.
     """
+    names = (
+        "compare_instances_by_value",
+        "unpack_non_aggregate_inverses",
+    )  # which that error leaves as rules need them
+    settings = mock.patch.multiple(ifcopenshell.settings, **{n: getattr(ifcopenshell.settings, n) for n in names})
     try:
-        with mock.patch("_pytest.assertion.rewrite.rewrite_asserts"):
+        with mock.patch("_pytest.assertion.rewrite.rewrite_asserts"), settings:
             return _complaints(path)
     except IndexError:
         return _complaints(path)

@@ -21,6 +21,7 @@ from shapely.affinity import rotate
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
+from asbuilt.export.bodies import wall_body
 from asbuilt.export.marks import DIMENSION_TEXT, Dimension, Text, text_width
 from asbuilt.export.symbols import polygons, swept
 from asbuilt.plan import Point, Storey, Wall, WallFace
@@ -99,8 +100,9 @@ def dimensions(storey: Storey, metre: float) -> Iterator[Dimension]:
 
 def _ground(storey: Storey) -> BaseGeometry:
     """What the building stands on, without courtyards: wall bodies, rooms and outline, small gaps closed."""
-    rings = [*(wall.outline for wall in storey.walls), *(room.ring for room in storey.rooms), storey.outline or ()]
-    parts = shapely.union_all([shapely.make_valid(Polygon(ring)) for ring in rings if len(ring) > 2])
+    rings = [*(room.ring for room in storey.rooms), storey.outline or ()]
+    areas = [shapely.make_valid(Polygon(ring)) for ring in rings if len(ring) > 2]
+    parts = shapely.union_all([*areas, *(wall_body(wall) for wall in storey.walls)])
     closed = parts.buffer(_GAP, join_style="mitre").buffer(-_GAP, join_style="mitre")
     return shapely.union_all([Polygon(part.exterior) for part in polygons(closed)])
 

@@ -21,6 +21,7 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt.errors import MissingExtraError, OutputError
+from asbuilt.export.bodies import wall_body
 from asbuilt.plan import (
     Column,
     Door,
@@ -104,14 +105,20 @@ def _polygon(element: Room | Column | Stair) -> shapely.Geometry:
     return shapely.Polygon(element.ring, getattr(element, "holes", ()))
 
 
-def _outline(element: Storey | Wall) -> shapely.Geometry | None:
-    return shapely.Polygon(element.outline) if element.outline else None
+def _outline(storey: Storey) -> shapely.Geometry | None:
+    return shapely.Polygon(storey.outline) if storey.outline else None
 
 
 _LAYERS = (
     _Layer("storeys", "Polygon", Storey, lambda storey: (storey,), _outline),
     _Layer("rooms", "Polygon", Room, lambda storey: storey.rooms, _polygon),
-    _Layer("wall_bodies", "Polygon", Wall, lambda storey: [w for w in storey.walls if w.outline], _outline),
+    _Layer(
+        "wall_bodies",
+        "Polygon",
+        Wall,
+        lambda storey: [wall for wall in storey.walls if not wall_body(wall).is_empty],
+        wall_body,
+    ),
     _Layer("walls", "LineString", Wall, lambda storey: storey.walls, _line),
     _Layer("wall_faces", "LineString", WallFace, lambda storey: storey.wall_faces, _line),
     _Layer("doors", "LineString", Door, lambda storey: storey.doors, _line),

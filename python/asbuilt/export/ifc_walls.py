@@ -9,6 +9,7 @@ from typing import Any
 
 import shapely
 
+from asbuilt.export.bodies import wall_body
 from asbuilt.export.ifc_file import Frame, Placed, Property
 from asbuilt.export.ifc_level import Level, area_in
 from asbuilt.plan import Wall
@@ -140,15 +141,5 @@ def _height(level: Level, wall: Wall) -> float:
 
 def _body(pieces: tuple[Wall, ...], frame: Frame) -> Any:
     """What the pieces stand on, as a polygon in `frame`; several where they do not touch."""
-    areas = [_piece(piece, frame) for piece in pieces]
+    areas = [area_in(frame, wall_body(piece).exterior.coords[:-1]) for piece in pieces]
     return areas[0] if len(areas) == 1 else shapely.union_all(areas, grid_size=1e-6)
-
-
-def _piece(wall: Wall, frame: Frame) -> Any:
-    """The outline of a piece, or a rectangle along its centreline where it has none that encloses an area."""
-    outline = area_in(frame, wall.outline)
-    if outline.is_valid and outline.area > 0:
-        return outline
-    axis, half = Frame.between(wall.start, wall.end, 0.0), wall.drawn_thickness / 2
-    corners = ((0.0, -half), (wall.length, -half), (wall.length, half), (0.0, half))
-    return area_in(frame, [axis.moved(x, y).origin for x, y in corners])

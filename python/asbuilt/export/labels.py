@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,6 +15,7 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
+from asbuilt.export.bodies import wall_body
 from asbuilt.export.marks import Tag, TagLine, tag_height, text_width
 from asbuilt.export.symbols import polygons, swept
 from asbuilt.plan import Room, Storey
@@ -22,6 +24,8 @@ _SIZES = (1.0, 0.75)
 """Shares of the full height of text that are tried; smaller text could not be read."""
 _CLEAR = 0.8
 """Between a tag and what is around it, mm of paper."""
+_GRID = 0.001
+"""Corners are taken to this, m: of slivers between a room and its walls GEOS makes shapes that it cannot cut again."""
 
 
 def room_tags(storey: Storey, metre: float) -> Iterator[Tag]:
@@ -30,11 +34,11 @@ def room_tags(storey: Storey, metre: float) -> Iterator[Tag]:
         [Polygon(column.ring) for column in storey.columns]
         + [Polygon(stair.ring) for stair in storey.stairs]
         + list(swept(storey))
-        + [shapely.make_valid(Polygon(wall.outline)) for wall in storey.walls if len(wall.outline) > 2]
+        + [wall_body(wall) for wall in storey.walls]
     )
     for room in storey.rooms:
-        shape = shapely.make_valid(Polygon(room.ring, room.holes))
-        yield _placed(room, shape, shape.difference(obstacles), metre)
+        shape = shapely.set_precision(shapely.make_valid(Polygon(room.ring, room.holes)), _GRID)
+        yield _placed(room, shape, shapely.difference(shape, obstacles, grid_size=_GRID), metre)
 
 
 def room_lines(room: Room) -> tuple[TagLine, ...]:
@@ -69,7 +73,8 @@ def _middle(space: BaseGeometry, width: float, height: float, turn: float) -> Sh
     for part in polygons(space):
         # where the box's middle may be if the room were convex: the room moved by half the box either way, in common
         halves = ((-across / 2, -up / 2), (across / 2, -up / 2), (across / 2, up / 2), (-across / 2, up / 2))
-        common = shapely.intersection_all([part, *(translate(part, dx, dy) for dx, dy in halves)])
+        moved = (translate(part, dx, dy) for dx, dy in halves)
+        common = functools.reduce(lambda one, other: shapely.intersection(one, other, grid_size=_GRID), moved, part)
         if not common.is_empty:
             tried.append(common.representative_point())
     for point in tried:

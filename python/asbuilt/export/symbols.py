@@ -17,6 +17,7 @@ from shapely import LineString, MultiLineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
+from asbuilt.export.bodies import wall_body
 from asbuilt.export.marks import Arc, Fill, Layer, Mark, Ring, Stroke, Text
 from asbuilt.plan import Column, Door, Opening, Point, Stair, Storey, Wall, WallFace, Window
 
@@ -103,7 +104,7 @@ def _bodies(walls: tuple[Wall, ...], faces: Iterable[WallFace], holes: list[Poly
     """What is filled, darker where the thickness was measured, and the sides of it that nobody saw."""
     if not walls:
         return
-    bodies = [(wall, shapely.make_valid(Polygon(wall.outline))) for wall in walls if len(wall.outline) > 2]
+    bodies = [(wall, wall_body(wall)) for wall in walls]
     cut = shapely.union_all(holes)
     measured = shapely.union_all([body for wall, body in bodies if wall.thickness is not None])
     unseen = shapely.union_all([body for wall, body in bodies if wall.thickness is None]).difference(measured)

@@ -14,6 +14,7 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt.errors import ParameterError
+from asbuilt.export.bodies import wall_body
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.label.classes import PointClass
 from asbuilt.label.heights import Layer, Levels, element_layers, room_layers
@@ -214,10 +215,8 @@ def _body(wall: Wall | WallFace) -> shapely.Geometry:
     centreline = shapely.LineString([wall.start, wall.end])
     if isinstance(wall, WallFace):
         return centreline
-    outline = shapely.Polygon(wall.outline) if len(wall.outline) > 2 else None
-    if outline is not None and outline.is_valid:
-        return outline
-    return centreline.buffer(wall.drawn_thickness / 2, cap_style="flat") if wall.drawn_thickness > 0 else centreline
+    body = wall_body(wall)
+    return centreline if body.is_empty else body
 
 
 def _passage(opening: Opening, wall: Wall | None) -> shapely.Geometry:
