@@ -455,7 +455,7 @@ def room_faces_picture(figure: Figure) -> None:
     """Faces before and after the sides of rooms are drawn, and the end of a wall from near."""
     loose = closed_faces()
     doors = find_openings(loose, elevations(), scores(), voxels(), 0).doors
-    rooms = find_rooms(loose, doors, voxels())
+    rooms = find_rooms(loose, doors, elevations(), voxels())
     drawn = draw_room_faces(loose, rooms, doors, elevations(), scores(), voxels())
     new = shapely.difference(segments_of(drawn), shapely.union_all(segments_of(loose)).buffer(0.03))
     added = [shapely.get_coordinates(line) for line in shapely.get_parts(new) if line.length > 0.05]

@@ -115,6 +115,15 @@ def test_a_circle_through_its_voxels() -> None:
     assert fit_circle(chords(4, np.arange(0, 16, 5)), arc_voxels(4)) is None
 
 
+def test_a_broken_chain_is_one_curve() -> None:
+    bow = chords(4, np.arange(0, 91, 7.5))
+    # the fifth chord overlaps the sixth and ends behind it, so that no chain of three passes it
+    bow[4] = Face(4, bow[4].start, (bow[5].start + bow[5].end) / 2, 9.0)
+    found = find_curves(bow, arc_voxels(4))
+    assert {face.curve for face in found} == {0}
+    assert sum(face.length for face in found) == pytest.approx(4 * np.pi / 2, rel=0.01)
+
+
 def test_chords_of_a_curve_follow_one_another() -> None:
     straight = Face(9, np.array([0.0, -6.0]), np.array([5.0, -6.0]), 9.0)
     found = find_curves([straight, *chords(4, np.arange(0, 91, 15), gap=0.1)], arc_voxels(4))

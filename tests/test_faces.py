@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asbuilt import extract_floor_plan
-from asbuilt.faces import maximal_runs
+from asbuilt.faces import Face, drop_doubles, maximal_runs
 from rooms import box, box_room, evidence, level, lying_on, rectangle, segments, wall, without
 
 ASIDE = 0.002
@@ -84,6 +84,59 @@ def test_a_cupboard_is_no_wall() -> None:
     assert len(found) == 4
     ((low, high),) = lying_on(found, (0, 0), (5, 0), ASIDE)
     assert (low, high) == pytest.approx((0, 5), abs=CORNER)
+
+
+def test_a_cupboard_nearly_to_the_ceiling_is_no_wall() -> None:
+    # the ceiling goes on over it, which shows through a gap of 0.3 m
+    room = without(without(box_room(0, 0, 5, 4), (1, -0.01, -0.01), (3, 0.01, 2.3)), (1, 0, -0.01), (3, 0.6, 0.01))
+    # no scanner sees its top
+    sides = [wall(a, b, 0, 2.3) for a, b in (((1, 0.6), (1, 0)), ((3, 0.6), (1, 0.6)), ((3, 0), (3, 0.6)))]
+    found = plan(room, *sides)
+    assert len(found) == 4
+    ((low, high),) = lying_on(found, (0, 0), (5, 0), ASIDE)
+    assert (low, high) == pytest.approx((0, 5), abs=CORNER)
+
+
+@pytest.mark.parametrize("rise", [-0.2, 0.4])
+def test_a_beam_over_another_floor_is_no_wall(rise: float) -> None:
+    # the second room lies some steps lower or higher; a beam of 0.25 m hangs in it
+    high = box_room(5.2, 0, 10, 4, rise, 2.6)
+    beam = [wall(a, b, 2.35, 2.6) for a, b in (((7.4, 4), (7.4, 0)), ((7.6, 0), (7.6, 4)))]
+    high = without(high, (7.401, 0.001, 2.59), (7.599, 3.999, 2.61))
+    found = plan(box_room(0, 0, 5, 4), high, *beam, level(7.4, 0, 7.6, 4, 2.35))
+    assert len(found) == 8
+
+
+def test_a_thin_wall_before_which_a_cupboard_stands_has_both_faces() -> None:
+    # the floor on the far side is nearer to the hidden face than any on its own side
+    west = without(box_room(0, 0, 5, 4), (4.5, 0.5, -0.01), (5, 3.5, 0.01))
+    west = without(west, (4.5, 0.5, 2.59), (5.01, 3.5, 2.61))
+    found = plan(west, box_room(5.1, 0, 9, 4))
+    for x, facing in ((5.0, 1), (5.1, -1)):
+        ((low, high),) = lying_on(found, (x, 0), (x, 4), ASIDE)
+        assert (low, high) == pytest.approx((0, 4), abs=CORNER)
+        (own,) = (row for row in found if abs(row[0] - x) < 0.01 and abs(row[2] - x) < 0.01)
+        assert np.sign(own[3] - own[1]) == facing
+
+
+def some_face(x1: float, y1: float, x2: float, y2: float, score: float) -> Face:
+    return Face(0, np.array([x1, y1]), np.array([x2, y2]), score)
+
+
+@pytest.mark.parametrize(
+    ("weaker", "kept"),
+    [
+        ((1, 0.1, 3, 0.1), False),  # a board before the wall
+        ((3, 0.1, 1, 0.1), False),  # the back of what stands before it: no room is so narrow
+        ((3, -0.1, 1, -0.1), True),  # the other face of the wall
+        ((4.0, 0.0, 4.3, 0.05), False),  # a bit that goes on from it, a little turned
+        ((4.2, 0.0, 4.5, 0.05), True),
+        ((3, 0.5, 1, 0.5), True),  # the other side of a closet
+    ],
+)
+def test_a_room_sees_one_of_the_faces_behind_one_another(weaker: tuple[float, ...], kept: bool) -> None:
+    wall_face = some_face(0, 0, 4, 0, 9.0)
+    assert len(drop_doubles([some_face(*weaker, 1.0), wall_face])) == 1 + kept
 
 
 def test_tables_and_beds_are_no_walls() -> None:

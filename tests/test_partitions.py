@@ -8,7 +8,7 @@ import pytest
 from asbuilt import extract_floor_plan
 from asbuilt.partitions import find_partitions
 from asbuilt.profiles import StoreyVoxels
-from rooms import box, box_room, evidence, lying_on, segments, without
+from rooms import box, box_room, evidence, lying_on, segments, wall, without
 
 #: Where the two faces share voxels, second moments part them: a few millimetres.
 ASIDE = 0.006
@@ -16,11 +16,11 @@ ASIDE = 0.006
 END = 0.06
 
 
-def plan(thing: tuple[float, ...], high: float) -> np.ndarray:
+def plan(thing: tuple[float, ...], high: float, *more: np.ndarray) -> np.ndarray:
     """A room of 5.5 by 4 m with a box standing free in it."""
     x0, y0, x1, y1 = thing
     room = without(box_room(0, 0, 5.5, 4, 0, 3), (x0, y0, -0.01), (x1, y1, 0.01))
-    return segments(extract_floor_plan(evidence(room, box(*thing, high))))
+    return segments(extract_floor_plan(evidence(room, box(*thing, high), *more)))
 
 
 @pytest.mark.parametrize(("thickness", "y"), [(0.06, 2.0), (0.06, 2.03), (0.1, 2.0), (0.1, 2.013), (0.12, 2.03)])
@@ -40,10 +40,29 @@ def test_each_face_is_seen_from_its_own_side(thickness: float) -> None:
     assert upper[0] < upper[2]
 
 
+def test_a_partition_in_line_with_another_wall_has_two_faces() -> None:
+    # a pier on the far wall stands in its line, 1.2 m further on
+    pier = box(5.2, 1.95, 5.5, 2.15, 3.0)
+    found = plan((1, 2, 4, 2.1), 2.1, pier[pier[:, 0] < 5.499])
+    for face in (2.0, 2.1):
+        pieces = lying_on(found, (1, face), (4, face), ASIDE)
+        assert pieces == pytest.approx(np.array([[0, 3]]), abs=END)
+
+
+def test_a_partition_of_which_one_face_was_seen_parts_no_room() -> None:
+    x0, y0, x1, y1 = 1.0, 2.0, 4.0, 2.06
+    room = without(box_room(0, 0, 5.5, 4, 0, 3), (x0, y0, -0.01), (x1, y1, 0.01))
+    storey = extract_floor_plan(evidence(room, wall((x1, y0), (x0, y0), 0, 2.1))).storeys[0]
+    assert len(storey.wall_faces) == 5
+    (whole,) = storey.rooms
+    assert whole.area == pytest.approx(22, abs=0.2)
+
+
 @pytest.mark.parametrize(
     ("thing", "high"),
     [
         pytest.param((1, 2, 4, 2.6), 2.1, id="cupboard"),
+        pytest.param((2, 2, 2.9, 2.04), 2.0, id="door leaf"),
         pytest.param((2, 2, 3.2, 2.1), 1.6, id="short screen"),
         pytest.param((1, 2, 4, 2.9), 0.75, id="table"),
         pytest.param((2, 2, 4.5, 2.4), 1.2, id="low shelf"),

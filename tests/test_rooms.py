@@ -10,6 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt import evidence_from_points, extract_floor_plan
+from asbuilt.elevations import draw_elevations
 from asbuilt.plan import Point, Room, Storey, Wall
 from asbuilt.profiles import storey_voxels
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
@@ -123,7 +124,8 @@ def test_scans_stand_in_their_rooms() -> None:
     west, east = measure_rooms(rings, voxels, found, scans)
     assert (west.scans, east.scans) == (("a",), ("b",))
     assert west.floor == pytest.approx(0, abs=LEVEL)
-    assert find_rooms([], [], voxels) == []
+    drawn = draw_elevations(np.zeros((0, 4)), np.zeros(0, dtype=np.bool_), voxels)
+    assert find_rooms([], [], drawn, voxels) == []
     assert measure_rooms([], voxels, found, scans) == ()
 
 
