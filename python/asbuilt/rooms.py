@@ -183,7 +183,9 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     joined = shapely.union_all(shapely.make_valid(np.array(shapes)))
     # Wings stand apart where what lies between them was not found: the least closing that joins them.
     closings = (joined.buffer(r, join_style="mitre").buffer(-r, join_style="mitre") for r in _JOINING)
-    whole = next((_largest(shape) for shape in closings if _largest(shape).area > 0.95 * shape.area), _largest(joined))
+    with np.errstate(divide="ignore", invalid="ignore"):  # mitres of sides that are nearly parallel
+        joins = (_largest(shape) for shape in closings if _largest(shape).area > 0.95 * shape.area)
+        whole = next(joins, _largest(joined))
     if whole.is_empty:
         return None
     ring = shapely.Polygon(whole.exterior).simplify(0.01).exterior
