@@ -113,8 +113,9 @@ def main() -> None:
             text, one = row(path, count, one)
             rows.append(text)
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("numpy", "scipy", "shapely"))
+    name = given.scans.stem if given.scans.suffix == ".evidence" else given.scans.parent.name
     about = (
-        f"`asbuilt plan {given.scans.parent.name}.evidence`, start-up included: {whole:.1f} s of CPU (the least of "
+        f"`asbuilt plan {name}.evidence`, start-up included: {whole:.1f} s of CPU (the least of "
         f"{given.repeat}), on {processor()} with {os.cpu_count()} cores, "
         f"Python {platform.python_version()}, {versions}."
     )

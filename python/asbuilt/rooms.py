@@ -19,6 +19,7 @@ from asbuilt.elevations import ON_PLANE, Elevations, ceiling_heights
 from asbuilt.evidence import unique_rows
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_pairs
 from asbuilt.plan import Opening, Point, Room, Wall
 from asbuilt.profiles import StoreyVoxels
 from asbuilt.storeys import Level
@@ -226,15 +227,16 @@ def _continuations(segments: FloatArray) -> FloatArray:
     tip, other = faces.query(shapely.points(tips), predicate="dwithin", distance=1e-3)
     free[tip[own[tip] != other]] = False  # another face starts or passes here
 
-    apart = tips[None] - tips[:, None]
-    far = np.hypot(apart[..., 0], apart[..., 1])
-    ahead = (apart * ways[:, None]).sum(axis=2)
-    aside = apart[..., 1] * ways[:, None, 0] - apart[..., 0] * ways[:, None, 1]
-    facing = ways @ ways.T < -0.999
-    same = facing & (np.abs(aside) < _SAME_PLANE) & (ahead > 1e-3) & (ahead < _REACH)
-    tip = np.flatnonzero(same.any(axis=1))
-    following = np.argmin(np.where(same, ahead, np.inf), axis=1)[tip]
-    closing = np.hstack([tips[tip], tips[following]])
+    first, second = near_pairs(tips, tips, _REACH + _SAME_PLANE)
+    apart, way, back = tips[second] - tips[first], ways[first], ways[second]
+    far = np.hypot(*apart.T)
+    ahead, behind = (apart * way).sum(axis=1), -(apart * back).sum(axis=1)
+    aside = apart[:, 1] * way[:, 0] - apart[:, 0] * way[:, 1]
+    facing = (way * back).sum(axis=1) < -0.999
+    same = np.flatnonzero(facing & (np.abs(aside) < _SAME_PLANE) & (ahead > 1e-3) & (ahead < _REACH))
+    same = same[np.lexsort((ahead[same], first[same]))]
+    same = same[np.diff(first[same], prepend=-1) != 0]  # the nearest of each
+    closing = np.hstack([tips[first[same]], tips[second[same]]])
     closing = closing[~_crossed(closing, faces)]
 
     tree = shapely.STRtree(shapely.linestrings(np.concatenate([segments, closing]).reshape(-1, 2, 2)))
@@ -253,13 +255,9 @@ def _continuations(segments: FloatArray) -> FloatArray:
     jambs = _cut_at_first(jambs, own[loose], tree)
 
     # The room stays on the left: no link turns back.
-    turns = (apart * ways[:, None]).sum(axis=2) > -0.2 * far
-    turns &= turns.T
-    links = turns & (far > 1e-3) & (far < _DOOR) & free[:, None] & free[None, :]
-    links[count:] = False
-    links[:, :count] = False
-    first, second = np.nonzero(links)
-    link = np.hstack([tips[first], tips[second]])
+    links = (np.minimum(ahead, behind) > -0.2 * far) & (far > 1e-3) & (far < _DOOR) & free[first] & free[second]
+    links &= (first < count) & (second >= count)
+    link = np.hstack([tips[first[links]], tips[second[links]]])
     return np.concatenate([closing, onward, jambs, link[~_crossed(link, faces)]])
 
 
