@@ -71,8 +71,7 @@ def case(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         folder = request.getfixturevalue("cases") / request.param
         (scans,), truth = folder.glob("scans.*"), folder / "truth.json"
     evidence = asbuilt.gather_evidence(asbuilt.read(scans))
-    with np.errstate(divide="ignore", invalid="ignore"):  # GEOS: at mitres of edges that run back on themselves
-        plan = asbuilt.extract_floor_plan(evidence)
+    plan = asbuilt.extract_floor_plan(evidence)
     return Case(scans, evidence, plan, truth if truth and truth.exists() else None)
 
 
