@@ -22,7 +22,8 @@ pub struct Moments {
 
 impl Moments {
     #[inline]
-    fn add_point(&mut self, [x, y, z]: [u64; 3]) {
+    fn add_point(&mut self, offset: [u32; 3]) {
+        let [x, y, z] = offset.map(u64::from);
         self.count += 1;
         for (sum, value) in self.sum.iter_mut().zip([x, y, z]) {
             *sum += value;
@@ -46,8 +47,10 @@ impl Moments {
 
 /// What is kept of the points in a brick. A place is a voxel's number within the brick: x, then y, then z.
 pub(crate) trait Cells: Default + Clone + Send + Sync {
+    /// Whether it matters where in its voxel a point lies.
+    const WANTS_OFFSETS: bool;
     /// One more point, at `offset` from the lower corner of its voxel, in quanta.
-    fn add_point(&mut self, place: u16, offset: [u64; 3]);
+    fn add_point(&mut self, place: u16, offset: [u32; 3]);
     /// All that is summed up in `moments`.
     fn add(&mut self, place: u16, moments: &Moments);
     /// All that another brick holds.
@@ -61,10 +64,9 @@ pub(crate) trait Cells: Default + Clone + Send + Sync {
 /// Sums for each occupied voxel; only these take room.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Sums {
-    /// Place of each occupied voxel, in order of arrival.
-    places: Vec<u16>,
-    moments: Vec<Moments>,
-    /// Where each place stands in `moments`, plus one; made once the brick holds enough to need it.
+    /// Each occupied voxel's place and sums, in order of arrival.
+    voxels: Vec<(u16, Moments)>,
+    /// Where each place stands in `voxels`, plus one; made once the brick holds enough to need it.
     slots: Option<Box<[u16; BRICK_VOXELS]>>,
 }
 
@@ -73,38 +75,36 @@ impl Sums {
     fn voxel(&mut self, place: u16) -> &mut Moments {
         let slot = match &self.slots {
             Some(slots) => usize::from(slots[usize::from(place)]),
-            None => self.places.iter().position(|&p| p == place).map_or(0, |i| i + 1),
+            None => self.voxels.iter().position(|&(known, _)| known == place).map_or(0, |i| i + 1),
         };
         let index = if slot > 0 { slot - 1 } else { self.insert(place) };
-        &mut self.moments[index]
+        &mut self.voxels[index].1
     }
 
     #[cold]
     fn insert(&mut self, place: u16) -> usize {
-        if self.places.is_empty() {
-            // A stray has a brick of its own and stays alone there.
-            self.places.reserve_exact(1);
-            self.moments.reserve_exact(1);
+        if self.voxels.is_empty() {
+            self.voxels.reserve_exact(1); // a stray has a brick of its own and stays alone there
         }
-        self.places.push(place);
-        self.moments.push(Moments::default());
-        let index = self.moments.len() - 1;
+        self.voxels.push((place, Moments::default()));
         if let Some(slots) = &mut self.slots {
-            slots[usize::from(place)] = index as u16 + 1;
-        } else if self.places.len() > SEARCHED_VOXELS {
+            slots[usize::from(place)] = self.voxels.len() as u16;
+        } else if self.voxels.len() > SEARCHED_VOXELS {
             let mut slots = Box::new([0; BRICK_VOXELS]);
-            for (i, &p) in self.places.iter().enumerate() {
-                slots[usize::from(p)] = i as u16 + 1;
+            for (slot, &(known, _)) in (1..).zip(&self.voxels) {
+                slots[usize::from(known)] = slot;
             }
             self.slots = Some(slots);
         }
-        index
+        self.voxels.len() - 1
     }
 }
 
 impl Cells for Sums {
+    const WANTS_OFFSETS: bool = true;
+
     #[inline]
-    fn add_point(&mut self, place: u16, offset: [u64; 3]) {
+    fn add_point(&mut self, place: u16, offset: [u32; 3]) {
         self.voxel(place).add_point(offset);
     }
 
@@ -117,11 +117,11 @@ impl Cells for Sums {
     }
 
     fn len(&self) -> usize {
-        self.places.len()
+        self.voxels.len()
     }
 
     fn each(&self, mut take: impl FnMut(u16, &Moments)) {
-        self.places.iter().zip(&self.moments).for_each(|(&place, moments)| take(place, moments));
+        self.voxels.iter().for_each(|(place, moments)| take(*place, moments));
     }
 }
 
@@ -130,8 +130,10 @@ impl Cells for Sums {
 pub(crate) struct Bits([u64; BRICK_VOXELS / 64]);
 
 impl Cells for Bits {
+    const WANTS_OFFSETS: bool = false;
+
     #[inline]
-    fn add_point(&mut self, place: u16, _: [u64; 3]) {
+    fn add_point(&mut self, place: u16, _: [u32; 3]) {
         self.0[usize::from(place) / 64] |= 1 << (place % 64);
     }
 

@@ -102,7 +102,7 @@ pub fn gather(
         if total.is_empty() {
             *total = evidence;
         } else {
-            Arc::make_mut(&mut total).merge(&evidence)?;
+            Arc::make_mut(&mut total).merge(Arc::unwrap_or_clone(evidence))?;
         }
         Ok(skipped)
     };
@@ -166,7 +166,7 @@ fn gather_source(
         })
         .try_reduce_with(|(left, a), (right, b)| {
             let (mut large, small) = if left.bricks() >= right.bricks() { (left, right) } else { (right, left) };
-            large.merge(&small)?;
+            large.merge(small)?;
             Ok((large, sum(a, b)))
         })
         .unwrap_or_else(|| Ok((empty()?, Skipped::default())))

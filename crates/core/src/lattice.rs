@@ -4,65 +4,101 @@ use crate::brick::{SIDE, SIDE_BITS};
 
 /// Length of one quantum, m: all coordinates are rounded to a multiple of it.
 pub const QUANTUM: f64 = 1e-4;
-/// Coordinates beyond this size (m) are refused: voxel indices stay within 32 bits, for voxels of 5 cm and more
+/// Coordinates beyond this size (m) are refused, or, of voxels below 5 cm, beyond 2^31 voxels.
 pub const MAX_COORDINATE: f64 = 1e8;
 
-/// Where a point falls.
+/// Points that are located together: few enough to stay in the first cache.
+pub(crate) const BLOCK: usize = 512;
+
+/// Where some points fall.
 pub(crate) struct Located {
-    pub brick: [i32; 3],
-    /// Number of the voxel within the brick.
-    pub place: u16,
+    /// Index of the voxel of each.
+    voxels: [[i32; 3]; BLOCK],
     /// From the voxel's lower corner, in quanta.
-    pub offset: [u64; 3],
+    offsets: [[u32; 3]; BLOCK],
+}
+
+impl Located {
+    /// Room for a block.
+    pub fn new() -> Self {
+        Self { voxels: [[0; 3]; BLOCK], offsets: [[0; 3]; BLOCK] }
+    }
+
+    /// The index of a point's brick.
+    #[inline]
+    pub fn brick(&self, point: usize) -> [i32; 3] {
+        self.voxels[point].map(|voxel| voxel >> SIDE_BITS)
+    }
+
+    /// The number of a point's voxel within its brick, and where in the voxel it lies.
+    #[inline]
+    pub fn place(&self, point: usize) -> (u16, [u32; 3]) {
+        let [x, y, z] = self.voxels[point].map(|voxel| (voxel & (SIDE - 1)) as u16);
+        (x << (2 * SIDE_BITS) | y << SIDE_BITS | z, self.offsets[point])
+    }
 }
 
 /// Turns coordinates into voxels.
 pub(crate) struct Lattice {
-    quanta: i64,
+    quanta: f64,
     voxels_per_quantum: f64,
     /// From the quantum that was met to the middle of its voxel, as rounding wants it.
     to_middle: f64,
+    /// The largest quantum, either way.
+    farthest: f64,
 }
 
 impl Lattice {
     /// Of voxels of so many quanta.
     pub fn new(quanta: u32) -> Self {
-        let voxels_per_quantum = f64::from(quanta).recip();
-        Self { quanta: i64::from(quanta), voxels_per_quantum, to_middle: 0.5 * voxels_per_quantum - 0.5 }
+        let quanta = f64::from(quanta);
+        let farthest = (MAX_COORDINATE / QUANTUM).min(f64::from(i32::MAX) * quanta);
+        Self { quanta, voxels_per_quantum: quanta.recip(), to_middle: 0.5 * quanta.recip() - 0.5, farthest }
     }
 
-    /// None for what is not finite or too far away.
+    /// Whether a point is finite and not too far away.
+    pub fn holds(&self, point: &[f64; 3]) -> bool {
+        point.iter().all(|value| round(value * QUANTUM.recip()).abs() <= self.farthest) // false for NaN
+    }
+
+    /// Find the voxels of a block of points, all of which the lattice must hold; if it does not, this says false.
+    ///
+    /// One plain loop over all coordinates, without branches, so that the compiler takes several at once. Offsets are
+    /// left out if nobody `wants_offsets`.
     #[inline]
-    pub fn locate(&self, point: [f64; 3]) -> Option<Located> {
-        let mut brick = [0; 3];
-        let mut place = 0;
-        let mut offset = [0; 3];
-        for axis in 0..3 {
-            let (quantised, quantum) = round(point[axis] * QUANTUM.recip());
-            // Also false for NaN.
-            let is_within = quantised.abs() <= MAX_COORDINATE / QUANTUM;
-            if !is_within {
-                return None;
-            }
+    pub fn locate(&self, points: &[[f64; 3]], located: &mut Located, wants_offsets: bool) -> bool {
+        let mut are_held = true;
+        let voxels = located.voxels.as_flattened_mut().iter_mut();
+        let places = voxels.zip(located.offsets.as_flattened_mut());
+        for (value, (voxel, offset)) in points.as_flattened().iter().zip(places) {
+            let quantum = round(value * QUANTUM.recip());
+            are_held &= quantum.abs() <= self.farthest; // false for NaN
             // The voxel is the floor of (quantum + 1/2) / quanta; that is half a quantum away from every whole number,
             // so that neither the product nor rounding what is half less can miss it.
-            let (_, voxel) = round(quantised * self.voxels_per_quantum + self.to_middle);
-            offset[axis] = (quantum - voxel * self.quanta) as u64;
-            let voxel = voxel as i32;
-            brick[axis] = voxel >> SIDE_BITS;
-            place = (place << SIDE_BITS) | (voxel & (SIDE - 1)) as u16;
+            let index = round(quantum * self.voxels_per_quantum + self.to_middle);
+            *voxel = low_bits(index) as i32;
+            if wants_offsets {
+                *offset = low_bits(quantum - index * self.quanta);
+            }
         }
-        Some(Located { brick, place, offset })
+        are_held
     }
 }
 
-/// The nearest whole number (of two the even one), as f64 and i64, for sizes below 2^51: so large a number is added that
-/// its last bit is worth one. Where rounding instructions cannot be taken for granted, this is many times as fast.
+/// So large that the last bit of what is added to it is worth one.
+const LARGE: f64 = 6_755_399_441_055_744.0; // 1.5 x 2^52
+
+/// The nearest whole number (of two the even one) for sizes below 2^51. Where rounding instructions cannot be taken
+/// for granted, this is many times as fast.
 #[inline]
-fn round(value: f64) -> (f64, i64) {
-    const LARGE: f64 = 6_755_399_441_055_744.0; // 1.5 x 2^52
-    let shifted = value + LARGE;
-    (shifted - LARGE, shifted.to_bits().wrapping_sub(LARGE.to_bits()) as i64)
+fn round(value: f64) -> f64 {
+    value + LARGE - LARGE
+}
+
+/// The last 32 bits of a whole number below 2^51 in size.
+#[inline]
+fn low_bits(whole: f64) -> u32 {
+    (whole + LARGE).to_bits() as u32
 }
 
 #[cfg(test)]
@@ -81,7 +117,8 @@ mod tests {
             };
             if value.abs() < 1e12 {
                 let expected = value.round_ties_even();
-                assert_eq!(round(value), (expected, expected as i64), "{value}");
+                assert_eq!(round(value), expected, "{value}");
+                assert_eq!(low_bits(expected), expected as i64 as u32, "{value}");
             }
         }
     }
@@ -90,7 +127,7 @@ mod tests {
     fn a_voxel_is_found_as_whole_numbers_find_it() {
         let mut state = 1_u64;
         for quanta in [100, 500, 777, 1_000, 50_000] {
-            let lattice = Lattice::new(quanta);
+            let (lattice, mut located) = (Lattice::new(quanta), Located::new());
             for _ in 0..100_000 {
                 state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
                 // Sizes from a metre to the farthest, and voxels' faces.
@@ -101,10 +138,14 @@ mod tests {
                 if i32::try_from(voxel).is_err() || quantum.abs() > 1_000_000_000_000 {
                     continue;
                 }
-                let located = lattice.locate([quantum as f64 * QUANTUM; 3]).unwrap();
-                let (brick, place) = (voxel as i32 >> SIDE_BITS, voxel as u16 & 7);
-                assert_eq!((located.brick, located.place), ([brick; 3], place << 6 | place << 3 | place), "{quantum}");
-                assert_eq!(located.offset, [quantum.rem_euclid(i64::from(quanta)) as u64; 3]);
+                let point = [quantum as f64 * QUANTUM; 3];
+                assert!(lattice.holds(&point) && lattice.locate(&[point], &mut located, true));
+                let place = voxel as u16 & 7;
+                assert_eq!(located.brick(0), [voxel as i32 >> SIDE_BITS; 3], "{quantum}");
+                assert_eq!(
+                    located.place(0),
+                    (place << 6 | place << 3 | place, [quantum.rem_euclid(i64::from(quanta)) as u32; 3])
+                );
             }
         }
     }

@@ -7,12 +7,13 @@
 //! follows the surface of the building, and a stray a kilometre away costs one brick.
 
 use std::cmp::Ordering;
+use std::collections::hash_map::Entry;
 
 use rustc_hash::FxHashMap;
 
 use crate::brick::{Bits, Cells, SIDE_BITS, Sums};
 pub use crate::brick::{Moments, SIDE};
-use crate::lattice::Lattice;
+use crate::lattice::{BLOCK, Lattice, Located};
 pub use crate::lattice::{MAX_COORDINATE, QUANTUM};
 use crate::{Error, Result};
 
@@ -212,7 +213,7 @@ impl Evidence {
     ///
     /// # Errors
     /// [`Error::BadArgument`] when the two were gathered at different voxel sizes, or keep different things.
-    pub fn merge(&mut self, other: &Self) -> Result<()> {
+    pub fn merge(&mut self, other: Self) -> Result<()> {
         if self.quanta != other.quanta {
             return Err(Error::BadArgument(format!(
                 "cannot merge evidence of {} m voxels with evidence of {} m voxels",
@@ -230,7 +231,7 @@ impl Evidence {
             self.count(scan.points, index);
             scans.push(index);
         }
-        match (&mut self.space, &other.space) {
+        match (&mut self.space, other.space) {
             (Space::Moments(ours), Space::Moments(theirs)) => merge_bricks(ours, theirs, &scans),
             (Space::Occupancy(ours), Space::Occupancy(theirs)) => merge_bricks(ours, theirs, &scans),
             _ => {} // told apart above
@@ -279,37 +280,50 @@ impl Evidence {
     }
 }
 
-/// Points come in runs that fall into one brick: the brick is looked up once a run.
+/// Add points of a scan; returns how many are too far away.
 fn add_points<C: Cells>(bricks: &mut Bricks<C>, points: &[[f64; 3]], scan: u32, lattice: &Lattice) -> u64 {
-    let (mut too_far, mut rest) = (0, points);
-    while let Some(&first) = rest.first() {
-        let Some(located) = lattice.locate(first) else {
-            too_far += 1;
-            rest = &rest[1..];
-            continue;
-        };
-        let brick = bricks.entry(located.brick).or_default();
-        brick.note_scan(scan);
-        brick.cells.add_point(located.place, located.offset);
-        let mut taken = 1;
-        while let Some(next) = rest.get(taken).and_then(|&point| lattice.locate(point)) {
-            if next.brick != located.brick {
-                break;
-            }
-            brick.cells.add_point(next.place, next.offset);
-            taken += 1;
+    let (mut located, mut too_far) = (Located::new(), 0);
+    for block in points.chunks(BLOCK) {
+        if lattice.locate(block, &mut located, C::WANTS_OFFSETS) {
+            add_located(bricks, &located, block.len(), scan);
+        } else {
+            let near: Vec<_> = block.iter().copied().filter(|point| lattice.holds(point)).collect();
+            too_far += (block.len() - near.len()) as u64;
+            lattice.locate(&near, &mut located, C::WANTS_OFFSETS);
+            add_located(bricks, &located, near.len(), scan);
         }
-        rest = &rest[taken..];
     }
     too_far
 }
 
-/// `scans` says which of our scans each of theirs is.
-fn merge_bricks<C: Cells>(ours: &mut Bricks<C>, theirs: &Bricks<C>, scans: &[u32]) {
-    for (key, brick) in theirs {
-        let known = ours.entry(*key).or_default();
-        known.cells.merge(&brick.cells);
-        brick.scans.iter().for_each(|&scan| known.note_scan(scans[scan as usize]));
+/// Points come in runs that fall into one brick: the brick is looked up once a run.
+fn add_located<C: Cells>(bricks: &mut Bricks<C>, located: &Located, count: usize, scan: u32) {
+    let mut point = 0;
+    while point < count {
+        let index = located.brick(point);
+        let brick = bricks.entry(index).or_default();
+        brick.note_scan(scan);
+        while point < count && located.brick(point) == index {
+            let (place, offset) = located.place(point);
+            brick.cells.add_point(place, offset);
+            point += 1;
+        }
+    }
+}
+
+/// Bricks that only they have are taken over as they are. `scans` says which of our scans each of theirs is.
+fn merge_bricks<C: Cells>(ours: &mut Bricks<C>, theirs: Bricks<C>, scans: &[u32]) {
+    for (key, mut brick) in theirs {
+        brick.scans.iter_mut().for_each(|scan| *scan = scans[*scan as usize]);
+        match ours.entry(key) {
+            Entry::Vacant(place) => {
+                place.insert(brick);
+            }
+            Entry::Occupied(mut known) => {
+                known.get_mut().cells.merge(&brick.cells);
+                brick.scans.iter().for_each(|&scan| known.get_mut().note_scan(scan));
+            }
+        }
     }
 }
 
@@ -344,7 +358,7 @@ mod tests {
         let points = cloud(5_000);
         let whole = evidence(&points, "a");
         let (first, second) = (evidence(&points[..1_234], "a"), evidence(&points[1_234..], "a"));
-        for (mut left, right) in [(first.clone(), &second), (second.clone(), &first)] {
+        for (mut left, right) in [(first.clone(), second.clone()), (second, first)] {
             left.merge(right).unwrap();
             assert_eq!(left.voxels(), whole.voxels());
             assert_eq!(left.brick_scans(), whole.brick_scans());
@@ -379,12 +393,17 @@ mod tests {
         let scan = evidence.scan("a", None);
         assert_eq!(evidence.add(&[[f64::NAN, 0.0, 0.0], [0.0, f64::INFINITY, 0.0], [0.0, 0.0, -2e8]], scan), 3);
         assert!(evidence.is_empty());
+        // Finer voxels have indices of 32 bits as well.
+        let mut fine = Evidence::new(0.01, Kept::Moments).unwrap();
+        let scan = fine.scan("a", None);
+        assert_eq!(fine.add(&[[2.1e7, 0.0, -2.1e7], [2.2e7, 0.0, 0.0], [0.0, -2.2e7, 0.0]], scan), 2);
+        assert_eq!(fine.voxels()[0].index, [2_100_000_000, 0, -2_100_000_000]);
     }
 
     #[test]
     fn evidence_of_different_voxels_does_not_merge() {
         let mut fine = Evidence::new(0.05, Kept::Moments).unwrap();
-        assert!(fine.merge(&Evidence::new(0.1, Kept::Moments).unwrap()).is_err());
+        assert!(fine.merge(Evidence::new(0.1, Kept::Moments).unwrap()).is_err());
         assert!(Evidence::new(0.0, Kept::Moments).is_err());
         assert!(Evidence::new(0.01234567, Kept::Moments).is_err());
     }

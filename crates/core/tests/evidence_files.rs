@@ -60,7 +60,7 @@ fn occupancy_has_the_same_voxels() {
     let indices = |evidence: &Evidence| evidence.voxels().iter().map(|voxel| voxel.index).collect::<Vec<_>>();
     assert_eq!(indices(&moments), indices(&occupancy));
     assert_eq!(moments.brick_scans(), occupancy.brick_scans());
-    assert!(moments.clone().merge(&occupancy).is_err());
+    assert!(moments.clone().merge(occupancy).is_err());
 }
 
 #[test]
@@ -114,7 +114,7 @@ fn hostile_files_are_evidence_or_refused() {
                 let again = to_bytes(&found, &about);
                 assert!(again == sealed(damaged), "round {round}");
                 let mut merged = found.clone();
-                let _ = merged.merge(&found);
+                let _ = merged.merge(found);
             }
         }
     }

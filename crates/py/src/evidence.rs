@@ -193,8 +193,8 @@ impl Evidence {
         let merged = py.detach(|| {
             // Into the largest: the order does not matter.
             parts.sort_by_key(|part| part.bricks());
-            let mut merged = parts.pop().expect("there is self").as_ref().clone();
-            parts.iter().try_for_each(|part| merged.merge(part)).map(|()| merged)
+            let mut merged = Arc::unwrap_or_clone(parts.pop().expect("there is self"));
+            parts.into_iter().try_for_each(|part| merged.merge(Arc::unwrap_or_clone(part))).map(|()| merged)
         });
         Ok(Self::new(merged.map_err(|error| to_python(py, &error))?))
     }

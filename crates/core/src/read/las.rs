@@ -2,7 +2,7 @@
 //! place: x, y, z are i32 x scale + offset in f64, so that survey coordinates lose nothing.
 
 use super::copc;
-use super::input::{Fnv, Input, f64_at, i32_at, u16_at, u32_at, u64_at};
+use super::input::{Fnv, Input, array, f64_at, i32_at, u16_at, u32_at, u64_at};
 use super::laz::Laz;
 use super::{BATCH, Batch, Collector, Header, PART, Skipped, Source};
 use crate::{Error, Result};
@@ -39,7 +39,9 @@ impl Layout {
     /// x, y, z of a record.
     #[inline]
     pub fn point(&self, record: &[u8]) -> [f64; 3] {
-        [0, 1, 2].map(|i| f64::from(i32_at(record, 4 * i)) * self.scale[i] + self.offset[i])
+        let raw: [u8; 12] = array(record, 0); // its length is checked once
+        let axis = |i: usize| f64::from(i32_at(&raw, 4 * i)) * self.scale[i] + self.offset[i];
+        [axis(0), axis(1), axis(2)]
     }
 
     /// The point source id of a record.
@@ -142,7 +144,7 @@ impl Las {
 fn scan_key(head: &[u8]) -> String {
     let guid = &head[8..24];
     if guid.iter().any(|&b| b != 0) {
-        return format!("las:{:032x}", u128::from_le_bytes(super::input::array(guid, 0)));
+        return format!("las:{:032x}", u128::from_le_bytes(array(guid, 0)));
     }
     let mut hash = Fnv::new();
     hash.update(head);

@@ -230,10 +230,6 @@ impl<'a> Collector<'a> {
     /// One more point of the batch's scan.
     #[inline]
     fn push(&mut self, point: [f64; 3]) -> Result<()> {
-        if !is_somewhere(point) {
-            self.skipped.not_finite += 1;
-            return Ok(());
-        }
         self.batch.points.push(point);
         if self.batch.points.len() == BATCH { self.flush() } else { Ok(()) }
     }
@@ -242,22 +238,22 @@ impl<'a> Collector<'a> {
     #[inline]
     fn extend(&mut self, points: impl Iterator<Item = [f64; 3]>, scans: impl Iterator<Item = u32>) -> Result<()> {
         self.flush()?;
-        let Batch { points: kept, scans: kept_scans, .. } = &mut self.batch;
-        kept.extend(points);
-        kept_scans.extend(scans);
-        // Nearly always all are somewhere, and this way the check costs next to nothing.
-        if !kept.iter().fold(true, |all, point| all & is_somewhere(*point)) {
-            let before = kept.len();
-            let mut places = kept.iter();
-            kept_scans.retain(|_| places.next().is_some_and(|point| is_somewhere(*point)));
-            kept.retain(|point| is_somewhere(*point));
-            self.skipped.not_finite += (before - kept.len()) as u64;
-        }
+        self.batch.points.extend(points);
+        self.batch.scans.extend(scans);
         self.flush()
     }
 
-    /// Hand on what has been gathered.
+    /// Hand on what has been gathered, without the points that are nowhere.
     fn flush(&mut self) -> Result<()> {
+        let Batch { points, scans, .. } = &mut self.batch;
+        // Nearly always all are somewhere, and this way the check costs next to nothing.
+        if !points.as_flattened().iter().fold(true, |all, value| all & is_somewhere(value)) {
+            let before = points.len();
+            let mut places = points.iter();
+            scans.retain(|_| places.next().is_some_and(|point| point.iter().all(is_somewhere)));
+            points.retain(|point| point.iter().all(is_somewhere));
+            self.skipped.not_finite += (before - points.len()) as u64;
+        }
         if !self.batch.points.is_empty() {
             (self.sink)(&self.batch)?;
         }
@@ -273,10 +269,10 @@ impl<'a> Collector<'a> {
     }
 }
 
-/// Whether a point can be on Earth. Also false for NaN.
+/// Whether a coordinate can be on Earth. Also false for NaN.
 #[inline]
-fn is_somewhere([x, y, z]: [f64; 3]) -> bool {
-    x.abs() <= FARTHEST && y.abs() <= FARTHEST && z.abs() <= FARTHEST
+fn is_somewhere(value: &f64) -> bool {
+    value.abs() <= FARTHEST
 }
 
 /// Run a decoder of another crate that may panic on damaged data, and call such a panic damaged data.

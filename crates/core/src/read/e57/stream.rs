@@ -97,15 +97,23 @@ impl<'a> Stream<'a> {
                 let (bits, mut bit) = (self.field.bits, self.bit);
                 let mask = if bits == 64 { u64::MAX } else { (1 << bits) - 1 };
                 let value = |raw: u64| (raw & mask).wrapping_add_signed(least) as i64 as f64 * scale + offset;
-                self.values.extend((0..count).map(|_| {
+                let mut next = || {
                     let (byte, shift) = ((bit / 8) as usize, bit % 8);
                     bit += u64::from(bits);
-                    let low = u64_at(&self.bytes, byte) >> shift;
-                    if u64::from(bits) + shift <= 64 {
-                        return value(low);
-                    }
-                    value(low | u64::from(self.bytes[byte + 8]) << (64 - shift))
-                }));
+                    (byte, shift)
+                };
+                if bits <= 57 {
+                    self.values.extend((0..count).map(|_| {
+                        let (byte, shift) = next();
+                        value(u64_at(&self.bytes, byte) >> shift)
+                    }));
+                } else {
+                    self.values.extend((0..count).map(|_| {
+                        let (byte, shift) = next();
+                        let high = u128::from(u64_at(&self.bytes, byte + 8));
+                        value(((high << 64 | u128::from(u64_at(&self.bytes, byte))) >> shift) as u64)
+                    }));
+                }
             }
         }
         self.bit += count as u64 * u64::from(self.field.bits);
