@@ -219,6 +219,22 @@ def test_room_tags_lie_in_their_rooms_clear_of_each_other(tmp_path):
             assert Polygon(room.ring).contains(box(x - across / 2, y - up / 2, x + across / 2, y + up / 2))
 
 
+def test_a_room_tag_finds_a_place_in_a_room_that_touches_itself_when_moved():
+    """Two halls and a passage as wide as the tag: what they have in common with themselves, moved, has lines in it."""
+    hall, passage = 3.0, 1.0
+    ring = (
+        *((0.0, 0.0), (hall, 0.0), (hall, 1.0), (hall + passage, 1.0), (hall + passage, 0.0)),
+        *((2 * hall + passage, 0.0), (2 * hall + passage, hall), (hall + passage, hall), (hall + passage, 2.0)),
+        *((hall, 2.0), (hall, hall), (0.0, hall)),
+    )
+    for step in range(1, 200):  # halves of the tag's sides by all sizes
+        (tag,) = room_tags(Storey(0, 0.0, 2.5, rooms=(Room(ring, number="1"),)), step / 4)
+        assert shapely.Polygon(ring).contains(shapely.Point(tag.at))
+    flat = Room(((1.0, 1.0), (2.0, 1.0), (3.0, 1.0)), number="2")  # without area
+    (tag,) = room_tags(Storey(0, 0.0, 2.5, rooms=(flat,)), 10.0)
+    assert tag.at == (1.0, 1.0)
+
+
 def test_dimensions_of_a_row_of_rooms_add_up_and_do_not_run_into_each_other():
     from asbuilt.export.dimensions import dimension_text, dimensions
     from asbuilt.export.marks import DIMENSION_TEXT, text_width

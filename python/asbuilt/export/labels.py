@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import functools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import product
 
 import shapely
+from shapely import MultiPolygon, Polygon
 from shapely import Point as ShapelyPoint
-from shapely import Polygon
 from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
@@ -37,8 +36,8 @@ def room_tags(storey: Storey, metre: float) -> Iterator[Tag]:
         + [wall_body(wall) for wall in storey.walls]
     )
     for room in storey.rooms:
-        shape = shapely.set_precision(shapely.make_valid(Polygon(room.ring, room.holes)), _GRID)
-        yield _placed(room, shape, shapely.difference(shape, obstacles, grid_size=_GRID), metre)
+        shape = _areas(shapely.set_precision(shapely.make_valid(Polygon(room.ring, room.holes)), _GRID))
+        yield _placed(room, shape, _areas(shapely.difference(shape, obstacles, grid_size=_GRID)), metre)
 
 
 def room_lines(room: Room) -> tuple[TagLine, ...]:
@@ -61,20 +60,23 @@ def _placed(room: Room, shape: BaseGeometry, free: BaseGeometry, metre: float) -
         at = _middle(space, width / metre, height / metre, turn)
         if at is not None:
             return Tag((at.x, at.y), scaled, turn, layer=marks.ROOM_TAG, id=room.id)
-    point = shape.representative_point()
+    point = ShapelyPoint(room.ring[0]) if shape.is_empty else shape.representative_point()
     return Tag((point.x, point.y), scaled, layer=marks.ROOM_TAG, id=room.id)
 
 
 def _middle(space: BaseGeometry, width: float, height: float, turn: float) -> ShapelyPoint | None:
     """Where the middle of a box of that size (m) can lie so that all of the box is in `space`; None if nowhere."""
+    if space.is_empty:
+        return None
     across, up = (height, width) if turn else (width, height)
     tried = [space.centroid]
     tried += [shapely.maximum_inscribed_circle(part, tolerance=0.05).interpolate(0) for part in polygons(space)]
     for part in polygons(space):
         # where the box's middle may be if the room were convex: the room moved by half the box either way, in common
         halves = ((-across / 2, -up / 2), (across / 2, -up / 2), (across / 2, up / 2), (-across / 2, up / 2))
-        moved = (translate(part, dx, dy) for dx, dy in halves)
-        common = functools.reduce(lambda one, other: shapely.intersection(one, other, grid_size=_GRID), moved, part)
+        common = _areas(part)
+        for dx, dy in halves:
+            common = _areas(shapely.intersection(common, translate(part, dx, dy), grid_size=_GRID))
         if not common.is_empty:
             tried.append(common.representative_point())
     for point in tried:
@@ -82,3 +84,8 @@ def _middle(space: BaseGeometry, width: float, height: float, turn: float) -> Sh
         if space.contains(box):
             return point
     return None
+
+
+def _areas(geometry: BaseGeometry) -> MultiPolygon:
+    """Its polygons: GEOS cuts no mixture of these with lines, which is what polygons that touch have in common."""
+    return MultiPolygon(list(polygons(geometry)))
