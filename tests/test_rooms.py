@@ -64,6 +64,12 @@ def test_a_wide_opening_under_a_beam_is_one_room() -> None:
     assert room.area == pytest.approx(15 + 12.5 + 0.2 * 3.6, abs=0.1)
 
 
+def test_rooms_with_a_slit_between_them_are_two() -> None:
+    # 0.25 m wide and up to the ceiling: nobody passes there
+    storey = planned(two_rooms(2, 2.25, 2.6))
+    assert [room.area for room in storey.rooms] == pytest.approx([15, 12.5], abs=0.1)
+
+
 @pytest.mark.parametrize("degrees", [0.0, 33.0])
 def test_an_l_shaped_room_is_one(degrees: float) -> None:
     ring = [(0.0, 0.0), (6.0, 0.0), (6.0, 2.0), (2.5, 2.0), (2.5, 4.5), (0.0, 4.5)]

@@ -122,11 +122,12 @@ def find_rooms(
     for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
         if not indoor[group].all():
             continue
-        room = shapely.union_all(cells[group])
-        room = _largest(room.buffer(-_MIN_WIDTH / 2, join_style="mitre").buffer(_MIN_WIDTH / 2, join_style="mitre"))
-        faced = inside[group].sum() / max(room.length, 1e-9)
-        if room.area >= _MIN_AREA and faced > 0.3:
-            rooms.append(room.simplify(0.002))
+        whole = shapely.union_all(cells[group])
+        whole = whole.buffer(-_MIN_WIDTH / 2, join_style="mitre").buffer(_MIN_WIDTH / 2, join_style="mitre")
+        faced = inside[group].sum() / max(whole.length, 1e-9)
+        # What hangs together by a strip too narrow for a room is two.
+        parts = shapely.get_parts(whole) if faced > 0.3 else ()
+        rooms += [room.simplify(0.002) for room in parts if room.area >= _MIN_AREA]
     return sorted(rooms, key=lambda room: -room.area)
 
 
