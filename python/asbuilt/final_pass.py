@@ -5,8 +5,8 @@ What remains when the rooms are drawn: bits inside the bodies of walls, and face
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from heapq import heappop, heappush
 
 import numpy as np
 
@@ -36,47 +36,33 @@ def finish_faces(faces: list[Face]) -> list[Face]:
 
 
 def join_pieces(faces: list[Face]) -> list[Face]:
-    """Join each face to the one that goes on from it, where nothing stands between."""
-    joined = dict(enumerate(faces))
-    # Ends stay where they are: that of face i is i, its start len(faces) + i. Which face has which changes.
-    ends = np.array([face.end for face in faces] + [face.start for face in faces]).reshape(-1, 2)
-    near = near_each(ends, ends, _GAP + 2 * _SAME)
-    owner = dict(enumerate([*range(len(faces)), *range(len(faces))]))
-    end_of = {i: i for i in joined}
-    waiting = list(joined)
-    while waiting:
-        i = heappop(waiting)
-        if i not in joined:
-            continue
-        about = {owner[end] for end in near[end_of[i]] if end in owner}
-        j = _next_piece(i, {k: joined[k] for k in sorted(about)})
-        if j is None:
-            continue
-        first, second = joined[i], joined.pop(j)
-        longer = max(first, second, key=lambda face: face.length)
-        joined[i] = replace(
-            longer, start=first.start, end=second.end, fixed=(first.fixed[0], second.fixed[1]), score=longer.score
-        )
-        met = (end_of[i], len(faces) + j)
-        end_of[i] = end_of.pop(j)
-        owner[end_of[i]] = i
-        for end in met:
-            del owner[end]
-        # What may go on, or on from, the new face and what was kept from it by the ends that are no more.
-        for end in (*met, end_of[i], len(faces) + i):
-            for k in {owner[other] for other in near[end] if other in owner}:
-                heappush(waiting, k)
-    return list(joined.values())
+    """Join each face to the one that goes on from it, where nothing stands between; again, until none does."""
+    while True:
+        segments = segments_of(faces)
+        # Every end with the faces about it: which goes on from it, and which meet it.
+        tips = np.concatenate([segments[:, 2:], segments[:, :2]])
+        near = near_each(tips, segments, _GAP)
+        joined: dict[int, Face | None] = {}
+        for i, face in enumerate(faces):
+            j = _next_piece(i, near, faces)
+            if j is None or i in joined or j in joined:
+                continue
+            longer = max(face, faces[j], key=lambda one: one.length)
+            fixed = (face.fixed[0], faces[j].fixed[1])
+            joined[i], joined[j] = replace(longer, start=face.start, end=faces[j].end, fixed=fixed), None
+        if not joined:
+            return faces
+        faces = [one for one in (joined.get(i, face) for i, face in enumerate(faces)) if one is not None]
 
 
-def _next_piece(i: int, faces: dict[int, Face]) -> int | None:
-    """The face that goes on from face i as a piece of the same one, of those about its end."""
+def _next_piece(i: int, near: Sequence[list[int]], faces: list[Face]) -> int | None:
+    """The face that goes on from face i as a piece of the same one; `near` are the faces about ends, then starts."""
     face = faces[i]
-    if face.curve is not None:
-        return None
-    for j, other in faces.items():
-        gap = float(np.hypot(*(other.start - face.end)))
-        if j == i or other.curve is not None or gap > _GAP or float(face.along @ other.along) < _TURNED:
+    for j in near[i]:
+        other = faces[j]
+        if j == i or face.curve is not None or other.curve is not None:
+            continue
+        if float(np.hypot(*(other.start - face.end))) > _GAP or float(face.along @ other.along) < _TURNED:
             continue
         whole = replace(face, end=other.end)
         inner = np.array([face.end, other.start]) - whole.start
@@ -85,14 +71,10 @@ def _next_piece(i: int, faces: dict[int, Face]) -> int | None:
             or min(face.along @ whole.along, other.along @ whole.along) < _TURNED
         ):
             continue
-        met = [
-            float(np.hypot(*(tip - end))) < _SAME
-            for k, third in faces.items()
-            if k not in (i, j)
-            for tip in (third.start, third.end)
-            for end in (face.end, other.start)
-        ]
-        if not any(met):
+        meeting = {k for end in (i, len(faces) + j) for k in near[end]} - {i, j}
+        tips = np.array([tip for k in meeting for tip in (faces[k].start, faces[k].end)]).reshape(-1, 2)
+        apart = [np.hypot(*(tips - end).T).min(initial=np.inf) for end in (face.end, other.start)]
+        if min(apart) > _SAME:
             return j
     return None
 
