@@ -31,6 +31,8 @@ _THIN = (0.5, 0.85)
 """In clouds thinner than this, steps are two and four voxels long."""
 _LEVEL = 0.08
 """What lies this near to the height of the floor is floor, m."""
+_BEYOND = (0.15, 0.3)
+"""Where it goes on this far behind, what stands there is deep, as cupboards are and panes are not, m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 
@@ -49,6 +51,7 @@ class Elevations:
         from 0.15 m to the ceiling.
     front : (m,) 0..2; how much of floor and ceiling reaches the plane from the front.
     ceiling_behind, floor_behind : (m,) 0..1; how much of them goes on just behind the plane.
+    ceiling_beyond : (m,) 0..1; how much of the ceiling goes on a cupboard's depth behind it.
     low_behind : (m,) 0..1; whether low things stand just behind the plane, where a wall's body would be.
     partition : (n,) whether a line is a face of a free-standing partition.
     """
@@ -62,6 +65,7 @@ class Elevations:
     whole: FloatArray
     front: FloatArray
     ceiling_behind: FloatArray
+    ceiling_beyond: FloatArray
     floor_behind: FloatArray
     low_behind: FloatArray
     partition: BoolArray
@@ -135,6 +139,8 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     at_ceiling = np.abs(near.z - ceiling[near.at]) < 0.1
     front = front_is[near.at] * near.offset > 0
     back = ~front & (np.abs(near.offset) < np.minimum(_CLOSE[1], twin - 0.015)[near.at])
+    deep = hits.where((apart > _BEYOND[0]) & (apart < _BEYOND[1]))
+    deep = deep.where((front_is[deep.at] * deep.offset < 0) & (np.abs(deep.z - ceiling[deep.at]) < 0.1))
     low = hits.where((hits.z > _LOW[0]) & (hits.z < _LOW[1]) & (apart > _NEAR[0] + 0.005) & (apart < 0.3))
     low = low.where((front_is[low.at] * low.offset < 0) & (np.abs(low.offset) < (twin - 0.02)[low.at]))
     return Elevations(
@@ -147,6 +153,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         whole=_share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step),
         front=share(near.where(on_floor & front)) + share(near.where(at_ceiling & front)),
         ceiling_behind=share(near.where(at_ceiling & back)),
+        ceiling_beyond=share(deep),
         floor_behind=share(near.where(on_floor & back)),
         low_behind=share(low, least=2),
         partition=partition,

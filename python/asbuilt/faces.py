@@ -91,9 +91,10 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     inside = (smooth(elevations.whole, elevations.first, 3) < 0.02) & (elevations.front < 0.5)
     score = np.where(inside, np.minimum(score, -0.02), score)
     room_goes_on = (elevations.ceiling_behind > 0.35) & (elevations.front > 0.35) & (upper < 0.25)
-    # A cupboard may reach nearly to the ceiling, and yet the ceiling goes on over it.
-    above = smooth(elevations.ceiling_behind, elevations.first, 2 * round(_ABOVE[0] / elevations.step) + 1)
-    room_goes_on |= (above > _ABOVE[1]) & (elevations.ceiling_behind > 0.35) & (lower > 0.5)
+    # A cupboard may reach nearly to the ceiling, and yet that goes on over it. What is filled less high may be a pane.
+    above = np.minimum(elevations.ceiling_behind, elevations.ceiling_beyond)
+    above = smooth(above, elevations.first, 2 * round(_ABOVE[0] / elevations.step) + 1)
+    room_goes_on |= (above > _ABOVE[1]) & (elevations.ceiling_behind > 0.35) & (lower > 0.5) & (upper > 0.6)
     score = np.where(room_goes_on, -2.0, score)
     opening = (lower < 0.15) & ((elevations.floor_behind > 0.3) | (elevations.low_behind > 0.3))
     score = np.where(opening, -1.5, score)
