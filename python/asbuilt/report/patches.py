@@ -18,6 +18,8 @@ _CLEAR = (0.15, 0.1)
 """Of a wall, what is this far above the floor and below the ceiling counts, m."""
 _CLEAN = 1.3
 """A clean patch is at most so many times as rough as most."""
+_LIKELY = 0.5
+"""Confidence of a face that counts."""
 _LEAST = 20
 """A patch with fewer points says nothing."""
 
@@ -52,8 +54,16 @@ class Patches:
 
 
 def straight_faces(plan: FloorPlan) -> list[tuple[WallFace, Storey]]:
-    """The wall faces that are not chords of a curve, each with its storey, in the order in which they are numbered."""
-    return [(face, storey) for storey in plan for face in storey.wall_faces if face.curve is None]
+    """The likely wall faces that are no chords of a curve, each with its storey, in the order of their numbers.
+
+    A face that is likelier none than one tells nothing of scans; a plan from elsewhere may not say how likely its are.
+    """
+    return [
+        (face, storey)
+        for storey in plan
+        for face in storey.wall_faces
+        if face.curve is None and (face.confidence >= _LIKELY or face.confidence == 0)
+    ]
 
 
 def cut_faces(plan: FloorPlan, evidence: Evidence) -> Patches:
