@@ -50,7 +50,7 @@ def find_curves(faces: list[Face], voxels: StoreyVoxels) -> list[Face]:
         rest -= set(chain)
         while more := [i for i in sorted(rest) if _goes_on(faces[i], circle, of_curve)]:
             rest -= set(more)
-            of_curve = _in_turn(of_curve + [faces[i] for i in more], circle)
+            of_curve = in_turn(of_curve + [faces[i] for i in more], circle[0])
             circle = fit_circle(of_curve, voxels) or circle
         chords = _draw_arcs(of_curve, circle, number, voxels)
         rest -= {i for i in rest if _on_circle(faces[i], circle, chords)}
@@ -128,9 +128,9 @@ def _goes_on(face: Face, circle: tuple[FloatArray, float], chain: list[Face]) ->
     return inward[0] == inward[1] and short and float(apart.min()) < _NEXT
 
 
-def _in_turn(chords: list[Face], circle: tuple[FloatArray, float]) -> list[Face]:
+def in_turn(chords: list[Face], centre: FloatArray) -> list[Face]:
     """Chords of a circle in their order, from after the widest gap between them."""
-    middle = np.array([(chord.start + chord.end) / 2 for chord in chords]) - circle[0]
+    middle = np.array([(chord.start + chord.end) / 2 for chord in chords]) - centre
     inward = float(-middle[0] @ chords[0].normal) > 0
     angle = np.arctan2(middle[:, 1], middle[:, 0]) * (1 if inward else -1)
     order = np.argsort(angle, kind="stable")

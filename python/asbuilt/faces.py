@@ -8,11 +8,13 @@ it: such a hidden stretch speaks neither way, so that it is bridged between stre
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
+from asbuilt.directed import Directed
 from asbuilt.elevations import ON_PLANE, Elevations, close_gaps, smooth
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
@@ -37,7 +39,7 @@ _BEHIND = (0.03, 0.65)
 
 
 @dataclass(frozen=True)
-class Face:
+class Face(Directed):
     """A stretch of a line on which a wall's face stands.
 
     Attributes
@@ -56,24 +58,8 @@ class Face:
     fixed: tuple[bool, bool] = (False, False)
     curve: int | None = None
 
-    @property
-    def length(self) -> float:
-        """Length, m."""
-        return float(np.hypot(*(self.end - self.start)))
 
-    @property
-    def along(self) -> FloatArray:
-        """Unit vector (2,) from start to end."""
-        return (self.end - self.start) / max(self.length, 1e-12)
-
-    @property
-    def normal(self) -> FloatArray:
-        """Unit vector (2,) towards the room."""
-        along = self.along
-        return np.array([-along[1], along[0]])
-
-
-def segments_of(faces: list[Face]) -> FloatArray:
+def segments_of(faces: Sequence[Face]) -> FloatArray:
     """Start and end of each face (n, 4), m."""
     return np.array([[*face.start, *face.end] for face in faces]).reshape(-1, 4)
 
@@ -359,6 +345,13 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
     return bool((under_ceiling > 0.4).mean() >= 0.25)
 
 
+def on_faces(faces: Sequence[Face], voxels: StoreyVoxels) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """The standing voxels on the planes of faces, face after face: face, voxel, distance along and to the left, m."""
+    face_of, voxel, along, offset = voxels.strips(segments_of(faces), ON_PLANE, 0.0)
+    standing = (voxels.z[voxel] > 0.15) & (voxels.z[voxel] < voxels.height - 0.1)
+    return face_of[standing], voxel[standing], along[standing], offset[standing]
+
+
 def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple[WallFace, ...]:
     """Faces as they stand in the plan, in the input's frame, with what supports each.
 
@@ -366,10 +359,7 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     """
     if not faces:
         return ()
-    segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
-    face_of, voxel, along, offset = voxels.strips(segments, ON_PLANE, 0.0)
-    standing = (voxels.z[voxel] > 0.15) & (voxels.z[voxel] < voxels.height - 0.1)
-    face_of, voxel, along, offset = face_of[standing], voxel[standing], along[standing], offset[standing]
+    face_of, voxel, along, offset = on_faces(faces, voxels)
     normal = np.array([face.normal for face in faces])[face_of]
     xx, xy, yy = voxels.covariance[voxel].T
     variance = normal[:, 0] ** 2 * xx + 2 * normal[:, 0] * normal[:, 1] * xy + normal[:, 1] ** 2 * yy

@@ -14,6 +14,7 @@ from typing import Literal, TypedDict
 
 import numpy as np
 
+from asbuilt.directed import Directed
 from asbuilt.elevations import Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -77,7 +78,7 @@ class Hung(TypedDict):
 
 
 @dataclass(frozen=True)
-class Hole:
+class Hole(Directed):
     """An opening as one side of its wall shows it.
 
     Attributes
@@ -106,22 +107,6 @@ class Hole:
     sure: tuple[bool, bool]
     start: FloatArray
     end: FloatArray
-
-    @property
-    def length(self) -> float:
-        """From jamb to jamb, m."""
-        return float(np.hypot(*(self.end - self.start)))
-
-    @property
-    def along(self) -> FloatArray:
-        """Unit vector (2,) from start to end."""
-        return (self.end - self.start) / max(self.length, 1e-12)
-
-    @property
-    def normal(self) -> FloatArray:
-        """Unit vector (2,) towards the room that shows it."""
-        along = self.along
-        return np.array([-along[1], along[0]])
 
 
 def find_openings(

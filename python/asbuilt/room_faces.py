@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from asbuilt.directed import Directed
 from asbuilt.elevations import MARGIN, Elevations
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray
@@ -38,26 +39,17 @@ _DOUBLE = 0.3
 
 
 @dataclass(frozen=True)
-class _Side:
+class _Side(Directed):
     """One straight side of a room, the room on its left."""
 
     start: FloatArray
     end: FloatArray
     of_hole: bool = False
 
-    @property
-    def length(self) -> float:
-        return float(np.hypot(*(self.end - self.start)))
-
-    @property
-    def along(self) -> FloatArray:
-        return (self.end - self.start) / max(self.length, 1e-12)
-
     def place(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where points (..., 2) are along the side and to its left, m."""
-        along = self.along
         apart = points - self.start
-        return apart @ along, apart @ np.array([-along[1], along[0]])
+        return apart @ self.along, apart @ self.normal
 
 
 def draw_room_faces(

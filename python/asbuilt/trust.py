@@ -18,8 +18,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from asbuilt.elevations import MARGIN, ON_PLANE, Elevations
-from asbuilt.faces import Face
+from asbuilt.elevations import MARGIN, Elevations
+from asbuilt.faces import Face, on_faces, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Column, Opening, Room, Stair, Storey, Wall, WallFace
 from asbuilt.profiles import StoreyVoxels
@@ -119,12 +119,10 @@ def chance(features: FloatArray) -> FloatArray:
 
 def look_at(faces: Sequence[Face], elevations: Elevations, voxels: StoreyVoxels) -> Looks:
     """What the evidence and the elevations show of faces."""
-    segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
+    segments = segments_of(faces)
     length = np.maximum(np.hypot(*(segments[:, 2:] - segments[:, :2]).T), 1e-6)
-    face_of, voxel, along, offset = voxels.strips(segments, ON_PLANE, 0.0)
+    face_of, voxel, along, offset = on_faces(faces, voxels)
     z = voxels.z[voxel]
-    standing = (z > 0.15) & (z < voxels.height - 0.1)
-    face_of, along, offset, z = face_of[standing], along[standing], offset[standing], z[standing]
     count = np.bincount(face_of, minlength=len(faces))
     scatter = np.sqrt(np.bincount(face_of, offset**2, minlength=len(faces)) / np.maximum(count, 1))
     disagreement = _disagreement(face_of, along, offset, z, length)

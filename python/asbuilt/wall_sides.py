@@ -13,6 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from asbuilt.curves import in_turn
+from asbuilt.directed import Directed
 from asbuilt.elevations import Elevations, ceiling_heights, smooth_rows
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -179,16 +181,12 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
 
 
 @dataclass(frozen=True)
-class _Piece:
+class _Piece(Directed):
     """A straight piece of a side: a face, or what lies between two faces or beyond the last."""
 
     start: FloatArray
     end: FloatArray
     stands: bool = True
-
-    @property
-    def length(self) -> float:
-        return float(np.hypot(*(self.end - self.start)))
 
 
 def _chain(faces: list[Face], elevations: Elevations) -> list[list[_Piece]]:
@@ -259,16 +257,7 @@ def _arcs(curves: list[list[Face]]) -> list[tuple[FloatArray, list[Face]]]:
             circles.append((circle, list(chords)))
         else:
             same += chords
-    return [(circle, _in_turn(circle, arc)) for circle, arc in circles]
-
-
-def _in_turn(circle: FloatArray, arc: list[Face]) -> list[Face]:
-    """Chords of a circle in their order, from after the widest gap between them."""
-    middle = np.array([(chord.start + chord.end) / 2 for chord in arc]) - circle[:2]
-    angle = np.arctan2(middle[:, 1], middle[:, 0]) * np.sign(circle[2])
-    order = np.argsort(angle, kind="stable")
-    gaps = np.diff(angle[order], append=angle[order[0]] + 2 * np.pi)
-    return [arc[i] for i in np.roll(order, -int(gaps.argmax()) - 1)]
+    return [(circle, in_turn(arc, circle[:2])) for circle, arc in circles]
 
 
 def _floors(column: IntArray, z: FloatArray, depth: FloatArray, first: IntArray, total: int, step: float) -> FloatArray:
