@@ -130,3 +130,11 @@ def test_curves_are_left_alone() -> None:
 
 def test_without_faces_and_rooms_nothing_is_drawn() -> None:
     assert drawn([], rooms=[]) == []
+
+
+def test_a_face_that_goes_on_into_a_room_that_was_not_found_goes_on() -> None:
+    east_half = shapely.Polygon(np.array([(3.0, 0), (5, 0), (5, 4), (3.0, 4)]) - scene()[0].origin)
+    north = face(2, (5.0, 4.0), (0.0, 4.0))
+    found = ends(drawn([north], rooms=[east_half]))
+    on_the_wall = found[np.abs(found[:, 1::2] - 4.0).max(axis=1) < 0.01]
+    assert on_the_wall == pytest.approx(np.array([[3.0, 4.0, 0.0, 4.0], [5.0, 4.0, 3.0, 4.0]]), abs=0.02)

@@ -48,6 +48,19 @@ def test_a_missing_ceiling() -> None:
     assert found.ceiling == pytest.approx(2.45, abs=CEILING)
 
 
+def test_a_roof_over_missing_ceilings() -> None:
+    """The tops of walls under a roof are no floor, and the roof is no ceiling."""
+    east = box_room(0, 0, 3, 5)
+    west = box_room(3.2, 0, 8, 5)
+    rooms = [room[room[:, 2] < 2.45] for room in (east, west)]
+    # A pitched roof, from 3 m at the eaves to 5.5 m at the ridge.
+    roof = level(-0.5, -0.5, 8.5, 5.5, 0.0)
+    roof[:, 2] = 3.0 + 2.5 * (1 - np.abs(roof[:, 1] - 2.5) / 3.0)
+    (found,) = find_storeys(evidence(*rooms, roof))
+    assert found.floor == pytest.approx(0.0, abs=FLOOR)
+    assert found.ceiling == pytest.approx(2.45, abs=CEILING)
+
+
 def test_strays_above_and_below() -> None:
     rng = np.random.default_rng(4)
     strays = np.concatenate([rng.uniform((-500, -500, z), (500, 500, z + 400), (700, 3)) for z in (-400, 3)])

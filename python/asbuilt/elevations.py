@@ -143,6 +143,11 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     deep = deep.where((front_is[deep.at] * deep.offset < 0) & (np.abs(deep.z - ceiling[deep.at]) < 0.1))
     low = hits.where((hits.z > _LOW[0]) & (hits.z < _LOW[1]) & (apart > _NEAR[0] + 0.005) & (apart < 0.3))
     low = low.where((front_is[low.at] * low.offset < 0) & (np.abs(low.offset) < (twin - 0.02)[low.at]))
+    whole = _share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step)
+    (front_floor, floor_behind), (front_ceiling, ceiling_behind) = (
+        _as_if_dense(share(near.where(at & front)), share(near.where(at & back)), whole)
+        for at in (on_floor, at_ceiling)
+    )
     return Elevations(
         lines,
         first,
@@ -150,14 +155,33 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         left,
         upper=_share_filled(below, ceiling - _UPPER[0], ceiling - _UPPER[1], step),
         lower=_share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step),
-        whole=_share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step),
-        front=share(near.where(on_floor & front)) + share(near.where(at_ceiling & front)),
-        ceiling_behind=share(near.where(at_ceiling & back)),
+        whole=whole,
+        front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
+        ceiling_behind=ceiling_behind,
         ceiling_beyond=share(deep),
-        floor_behind=share(near.where(on_floor & back)),
+        floor_behind=floor_behind,
         low_behind=share(low, least=2),
         partition=partition,
     )
+
+
+def usual(part: FloatArray, whole: FloatArray) -> float:
+    """What part (m,) of an elevation is usual where a wall is well seen, by the share of it that is filled."""
+    seen = part[whole > 0.3 * whole.max(initial=0)]
+    return float(np.percentile(seen, 75)) if len(seen) else 1.0
+
+
+def _as_if_dense(front: FloatArray, behind: FloatArray, whole: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Shares (m,) of the steps before and behind which floor or ceiling was seen, as a dense cloud would show them.
+
+    Before a well seen wall a dense cloud shows them at every step. A thin one misses some; behind, where a strip half
+    as wide is looked at, more. What hardly ever shows was not scanned.
+    """
+    full = usual(front, whole)
+    if full < 0.3:
+        return np.zeros_like(front), np.zeros_like(behind)
+    half = 1 - np.sqrt(1 - min(full, 1.0))
+    return np.minimum(front / full, 1), np.minimum(behind / half, 1)
 
 
 def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, voxels: StoreyVoxels) -> FloatArray:

@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from asbuilt.directed import Directed
-from asbuilt.elevations import ON_PLANE, Elevations, close_gaps, smooth
+from asbuilt.elevations import ON_PLANE, Elevations, close_gaps, smooth, usual
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
 from asbuilt.params import WallParameters
@@ -98,8 +98,7 @@ def closed(elevations: Elevations, part: str, parameters: WallParameters) -> Flo
 
 def usual_filling(elevations: Elevations) -> float:
     """Share of its heights that a well seen wall of this cloud fills: thin clouds fill less."""
-    seen = elevations.whole[elevations.whole > 0.3 * elevations.whole.max(initial=0)]
-    return max(float(np.percentile(seen, 75)), 0.1) if len(seen) else 1.0
+    return max(usual(elevations.whole, elevations.whole), 0.1)
 
 
 def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParameters) -> list[Face]:

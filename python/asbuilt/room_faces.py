@@ -74,6 +74,7 @@ def draw_room_faces(
     elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
     drawn: list[Face] = []
     taken = np.zeros(len(faces), dtype=np.bool_)
+    within: list[list[tuple[float, float]]] = [[] for _ in faces]
     for side in sides:
         place, aside = side.place(tips)
         if (
@@ -86,6 +87,8 @@ def draw_room_faces(
         on &= (place[:, 1] > 0.02) & (place[:, 0] < side.length - 0.02)
         own = [faces[i] for i in np.flatnonzero(on)]
         taken |= on
+        for i in np.flatnonzero(on):
+            within[i].append((-float(place[i, 0]), side.length - float(place[i, 0])))
         gone = _openings_on(side, holes)
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
@@ -105,7 +108,20 @@ def draw_room_faces(
     rest = np.flatnonzero(~taken)
     no_wall = _is_clutter(tips[rest], rooms) | _is_double(tips[rest], sides)
     rest = rest[~no_wall | elevated[rest] | ~straight[rest]]
-    return [faces[i] for i in rest] + drawn
+    beyond = [part for i in np.flatnonzero(taken) for part in _beyond(faces[i], within[i], elevations, scores)]
+    return [faces[i] for i in rest] + beyond + drawn
+
+
+def _beyond(face: Face, within: list[tuple[float, float]], elevations: Elevations, scores: FloatArray) -> list[Face]:
+    """What of a face goes on beyond the sides of rooms on which it lies: into a room that was not found."""
+    parts = []
+    for low, high in _without([(0.0, face.length)], within):
+        if high - low < _BEHIND:
+            continue  # no more than the wall that it meets there
+        part = replace(face, start=face.start + low * face.along, end=face.start + high * face.along)
+        if (_passed(part, 0.0, part.length, face.line, elevations, scores) > 0).mean() > 0.5:
+            parts.append(part)
+    return parts
 
 
 def _is_clutter(tips: FloatArray, rooms: Sequence[shapely.Polygon]) -> BoolArray:
@@ -181,15 +197,22 @@ def _is_hidden(
     if high - low < 0.15:
         return True
     line = max(own, key=lambda f: f.length).line
-    start, along = elevations.lines[line, :2], elevations.along(line)
-    ends = sorted(float((side.start + at * side.along - start) @ along) for at in (low, high))
-    first, last = elevations.first[line], elevations.first[line + 1]
-    steps = np.clip(((np.array(ends) + MARGIN) / elevations.step).astype(np.int64), 0, last - first)
-    passed = scores[first + steps[0] : first + steps[1]]
+    passed = _passed(side, low, high, line, elevations, scores)
     if len(passed) == 0:
         return False
     against = float((passed < -1).mean())
     return against < (0.7 if high - low < _SHORT else 0.3)
+
+
+def _passed(
+    side: Directed, low: float, high: float, line: int, elevations: Elevations, scores: FloatArray
+) -> FloatArray:
+    """The scores of the steps (k,) of a line beside a side from `low` to `high`."""
+    start, along = elevations.lines[line, :2], elevations.along(line)
+    ends = sorted(float((side.start + at * side.along - start) @ along) for at in (low, high))
+    first, last = elevations.first[line], elevations.first[line + 1]
+    steps = np.clip(((np.array(ends) + MARGIN) / elevations.step).astype(np.int64), 0, last - first)
+    return scores[first + steps[0] : first + steps[1]]
 
 
 def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, step: float) -> bool:

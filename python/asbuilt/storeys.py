@@ -23,6 +23,10 @@ _MIN_STOREY_HEIGHT = 2.0
 """Floors closer together than this are one storey with steps in it, m."""
 _STEP, _STEP_SHARE = 0.4, 0.3
 """A step is at least so high (m), and has this share of the largest floor's area: more than a table or a stage."""
+_FLOOR_IN_PATCHES = 0.2
+"""At least this share of a floor's cells lies in patches, where the tops of walls make strips."""
+_WALL, _REACH = 1.5, 20.0
+"""What stands this high (m) may be a wall, and what has walls within this distance (m) on all four sides is indoors."""
 _OPEN = np.iinfo(np.int32).max
 """Gap over the highest voxel of a column."""
 
@@ -136,7 +140,7 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     for number, floor in enumerate(heights):
         z = _surface_height(evidence, occupied[stood_on], base + floor, voxel)
         above = (base + heights[number + 1]) * voxel if number + 1 < len(heights) else None
-        ceiling = _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom)
+        ceiling = _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom, _RUN_GAPS[thin])
         levels.append(Level(number, z, ceiling, tuple((base + step + 0.5) * voxel for step in floors[floor])))
     return levels
 
@@ -160,11 +164,11 @@ def _find_floors(
     bins = int(np.ptp(occupied[:, 2])) + 1
     covered = stood_on & (gap < _OPEN)
     first, length = _runs(occupied, gap, bridged)
-    tall = length >= round(1.5 / voxel)
-    indoors = covered | (stood_on & _enclosed(occupied[:, :2], occupied[first[tall], :2], round(20 / voxel)))
+    tall = length >= round(_WALL / voxel)
+    indoors = covered | (stood_on & _enclosed(occupied[:, :2], occupied[first[tall], :2], round(_REACH / voxel)))
     area = _spread(np.bincount(occupied[covered, 2] - base, minlength=bins) / 2)
     area += _spread(np.bincount(occupied[indoors, 2] - base, minlength=bins) / 2)
-    walls = _wall_cells(occupied[first[tall], 2] - base, length[tall], bins, round(1.5 / voxel))
+    walls = _wall_cells(occupied[first[tall], 2] - base, length[tall], bins, round(_WALL / voxel))
 
     floors: dict[int, list[int]] = {}
     apart = int(_MIN_STOREY_HEIGHT / voxel)
@@ -176,12 +180,26 @@ def _find_floors(
         enclosed = walls[peak] >= 2 * np.sqrt(area[peak])
         if not (summit[peak] and enclosed):
             continue
+        near = stood_on & (np.abs(occupied[:, 2] - base - peak) <= 1)
+        if _patch_share(occupied[near, :2]) < _FLOOR_IN_PATCHES:
+            continue  # the tops of walls
         nearest = min(floors, key=lambda floor: abs(peak - floor), default=None)
         if nearest is None or abs(peak - nearest) >= apart:
             floors[int(peak)] = []
         elif abs(peak - nearest) >= _STEP / voxel and area[peak] >= _STEP_SHARE * area.max():
             floors[nearest].append(int(peak))
     return {floor: sorted(floors[floor]) for floor in sorted(floors)}
+
+
+def _patch_share(cells: IntArray) -> float:
+    """Share of ground cells (n, 2) about which half of the 24 others within two cells are among them, too."""
+    from scipy import ndimage  # heavy: help and errors do not wait for it
+
+    cells = cells - cells.min(axis=0)
+    picture = np.zeros(cells.max(axis=0) + 1)
+    picture[tuple(cells.T)] = 1
+    about = ndimage.uniform_filter(picture, 5, mode="constant")
+    return float((about[picture > 0] > 0.5).mean())
 
 
 def _spread(counts: FloatArray) -> FloatArray:
@@ -248,14 +266,22 @@ def _ceiling_height(
     above: float | None,
     voxel: float,
     headroom: int,
+    bridged: int,
 ) -> float:
-    """The highest fair peak of the surfaces over free height that rises from near the floor."""
+    """The highest fair peak of the surfaces over free height that rises from near the floor, as high as walls reach.
+
+    Over a ceiling that was not scanned a roof may show.
+    """
     z = occupied[:, 2]
     floor_bin = int(np.floor(floor / voxel))
     limit = int(np.floor(above / voxel)) if above is not None else int(z.max()) + 1
-    over = np.flatnonzero((gap < _OPEN) & stood_on & (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2))
+    near = (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2)
+    over = np.flatnonzero(near & stood_on & (gap < _OPEN))
     tops = z[over] + gap[over]
-    tops = tops[tops < limit]
+    first, length = _runs(occupied, gap, bridged)
+    walls = (z[first] + length)[near[first] & (length >= round(_WALL / voxel))]
+    limit = min(limit, int(np.percentile(walls, 98)) + 4) if len(walls) else limit
+    tops, walls = tops[tops < limit], walls[walls < limit]
     if len(tops) > 0:
         counts = np.bincount(tops - floor_bin)
         spread = counts + np.pad(counts, 1)[:-2] + np.pad(counts, 1)[2:]
@@ -264,6 +290,8 @@ def _ceiling_height(
             top = peaks[-1]
             best = max(range(max(top - 2, 0), top + 1), key=lambda i: int(counts[i]))
             return float((floor_bin + best + 0.5) * voxel)
+    if len(walls) > 0:
+        return float((floor_bin + np.bincount(walls - floor_bin).argmax()) * voxel)
     within = z[(z > floor_bin) & (z < limit)]
     return float((np.percentile(within, 99) + 1) * voxel) if len(within) else floor
 
