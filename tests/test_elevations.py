@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt.elevations import Elevations, ceiling_heights, close_gaps, draw_elevations, smooth
 from asbuilt.profiles import StoreyVoxels
-from rooms import box_room, level, voxels_of, without
+from rooms import box, box_room, level, voxels_of, walls, without
 
 
 def elevation(voxels: StoreyVoxels, *line: float) -> Elevations:
@@ -71,6 +71,30 @@ def test_ceilings_of_two_rooms() -> None:
     assert ceiling_heights(place, along, -up, voxels) == pytest.approx(2.6, abs=0.01)
     assert ceiling_heights(place, along, up, voxels) == pytest.approx(2.2, abs=0.01)
     assert np.isnan(ceiling_heights(place + 50, along, up, voxels)).all()
+
+
+def test_under_a_cove_a_wall_ends_lower() -> None:
+    """The ceiling is 30 cm lower within 40 cm of the walls: their upper zone is under that."""
+    cove = walls([(0, 0), (6, 0), (6, 4), (0, 4)], 0, 2.3)
+    tray = without(level(0, 0, 6, 4, 2.3), (0.4, 0.4, 2), (5.6, 3.6, 3))
+    room = np.concatenate([cove, level(0, 0, 6, 4, 0), tray, level(0.4, 0.4, 5.6, 3.6, 2.6)])
+    drawn = elevation(voxels_of(room), 0, 0, 6, 0)
+    assert drawn.upper[on_wall(drawn, 0.5, 5.5)].min() > 0.9
+
+
+def test_the_top_of_a_wall_is_filled_and_that_of_a_cupboard_is_not() -> None:
+    cupboard = box(2, 0, 4, 0.6, 2.3)
+    drawn = elevation(voxels_of(ROOM, cupboard[cupboard[:, 1] > 0.001]), 0, 0.6, 6, 0.6)
+    assert drawn.top[on_wall(drawn, 2.1, 3.9)].max() == 0
+    assert elevation(voxels_of(ROOM), 0, 0, 6, 0).top[on_wall(drawn, 0.1, 5.9)].min() > 0.9
+
+
+def test_what_a_thin_cloud_shows_counts_as_in_a_dense_one() -> None:
+    few = np.random.default_rng(5).random(len(ROOM)) < 0.03
+    drawn = elevation(voxels_of(ROOM[few]), 0, 2.012, 6, 2.012)
+    middle = on_wall(drawn, 0.3, 5.7)
+    assert drawn.ceiling_behind[middle].mean() > 0.8
+    assert drawn.floor_behind[middle].mean() > 0.8
 
 
 def test_smoothing_never_crosses_lines() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from asbuilt import evidence_from_points, extract_floor_plan
 from asbuilt.elevations import draw_elevations
+from asbuilt.faces import Face
 from asbuilt.plan import Point, Room, Storey, Wall
 from asbuilt.profiles import storey_voxels
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
@@ -99,6 +100,27 @@ def test_a_hidden_corner_closes() -> None:
     seen = wardrobe[(wardrobe[:, :2] > 0.001).all(axis=1)]
     [room] = planned(without(box_room(0, 0, 5, 4), (-0.1, -0.1, -0.1), (0.6, 0.6, 2.2)), seen).rooms
     assert overlap(room, [(0, 0), (5, 0), (5, 4), (0, 4)]) > 0.998
+
+
+def test_a_face_that_ends_a_hair_before_another_closes_the_room() -> None:
+    """Between the backs of two faces lies the body of their wall, and not a strip of either room."""
+    cloud = evidence(box_room(0, 0, 5, 3), box_room(0, 3.2, 5, 5.7))
+    [storey] = find_storeys(cloud)
+    voxels = storey_voxels(cloud, storey, None)
+    ends = [
+        (0, 0, 5, 0),
+        (5, 0, 5, 5.7),
+        (5 - 3e-4, 3, 3e-4, 3),
+        (0, 5.7, 0, 0),
+        (5, 5.7, 0, 5.7),
+        (3e-4, 3.2, 5 - 3e-4, 3.2),
+    ]
+    lines = np.array(ends, dtype=float) - np.tile(voxels.origin, 2)
+    elevations = draw_elevations(lines, np.zeros(len(lines), dtype=bool), voxels)
+    faces = [Face(i, line[:2], line[2:], 5.0) for i, line in enumerate(lines)]
+    assert sorted(room.area for room in find_rooms(faces, (), elevations, voxels)) == pytest.approx(
+        [12.5, 15], abs=0.01
+    )
 
 
 def test_a_shaft_is_a_hole_in_its_room() -> None:

@@ -33,8 +33,12 @@ _LEVEL = 0.08
 """What lies this near to the height of the floor is floor, m."""
 _BEYOND = (0.15, 0.3)
 """Where it goes on this far behind, what stands there is deep, as cupboards are and panes are not, m."""
+_BY_WALL, _COVE = 6, 0.6
+"""Of the samples of a ceiling, so many are nearest to the wall; there it may be lower by so much, m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
+_TOP = 0.25
+"""Its upper half begins so far below the ceiling, m."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,7 @@ class Elevations:
     left : (m,) whether the room that sees the plane is on the left of the line.
     upper, lower, whole : (m,) share of the heights filled on the plane: in the upper zone, from 0.15 to 1.9 m, and
         from 0.15 m to the ceiling.
+    top : (m,) share of the heights filled in the upper half of the upper zone; 1 where no ceiling was seen.
     front : (m,) 0..2; how much of floor and ceiling reaches the plane from the front.
     ceiling_behind, floor_behind : (m,) 0..1; how much of them goes on just behind the plane.
     ceiling_beyond : (m,) 0..1; how much of the ceiling goes on a cupboard's depth behind it.
@@ -63,6 +68,7 @@ class Elevations:
     upper: FloatArray
     lower: FloatArray
     whole: FloatArray
+    top: FloatArray
     front: FloatArray
     ceiling_behind: FloatArray
     ceiling_beyond: FloatArray
@@ -130,6 +136,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
 
     front_is = np.where(left, 1, -1)
     ceiling, twin = np.where(left, heights, heights[::-1])[0], np.where(left, *twins)
+    unknown = np.isnan(np.where(left, *ceilings))
     rows = int(np.floor(hits.z.max(initial=0) / step)) + 2
     below = _filled_below(hits.where((apart < ON_PLANE) & (hits.z >= 0)), total, rows, step)
 
@@ -156,6 +163,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         upper=_share_filled(below, ceiling - _UPPER[0], ceiling - _UPPER[1], step),
         lower=_share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step),
         whole=whole,
+        top=np.where(unknown, 1.0, _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)),
         front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
         ceiling_behind=ceiling_behind,
         ceiling_beyond=share(deep),
@@ -190,10 +198,19 @@ def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, v
     The highest voxel of each cell of 10 cm is sampled up to 0.9 m to the side; the ceiling is a high percentile, so
     that lamps and beams under it do not count.
     """
-    found = np.sort(_aside(place, along, towards, *voxels.tops), axis=0)  # what is not known comes first
+    samples = _aside(place, along, towards, *voxels.tops)
+    ceiling = _most(samples)
+    # By a wall it may be lower: a cove, a tray, a beam.
+    by_wall = _most(samples[:_BY_WALL])
+    return np.where((by_wall < ceiling - 0.1) & (by_wall > ceiling - _COVE), by_wall, ceiling)
+
+
+def _most(samples: FloatArray) -> FloatArray:
+    """A high percentile of samples (k, n) of heights, m; NaN where fewer than four are known."""
+    found = np.sort(samples, axis=0)  # what is not known comes first
     known = np.isfinite(found).sum(axis=0)
     rank = len(found) - known + np.round(0.7 * (known - 1)).astype(np.int64)
-    height = found[np.clip(rank, 0, len(found) - 1), np.arange(len(place))]
+    height = found[np.clip(rank, 0, len(found) - 1), np.arange(found.shape[1])]
     return np.where(known >= 4, height, np.nan)
 
 

@@ -336,6 +336,8 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
     filled = upper.mean() > 0.7 and whole.mean() > 0.7 and ceiling_behind < 0.3
     if (floor_behind > 0.45 and not filled) or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room
+    if elevations.top[steps].mean() < 0.1 * full and elevations.lower[steps].mean() > 0.5 * full:
+        return False  # a cupboard nearly as high as the room
     if length < 1.3 and (upper.mean() < 0.5 or whole.mean() < 0.45):
         return False  # a door leaf, or a thing on a wall
     if length < 0.65:

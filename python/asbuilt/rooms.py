@@ -58,6 +58,8 @@ _LEVEL = 0.01
 """Step in which heights of floors and ceilings are counted, m."""
 _MIN_VOXELS = 20
 """A floor or ceiling of fewer voxels was not seen."""
+_TOUCHING = 1e-3
+"""A face ends on another one if it comes this near, m."""
 _SAME = 1e-4
 """What lies this near is the same, m."""
 _SAMPLED = 4
@@ -225,8 +227,10 @@ def _continuations(segments: FloatArray) -> FloatArray:
     own = np.tile(np.arange(count), 2)
     faces = shapely.STRtree(shapely.linestrings(segments.reshape(-1, 2, 2)))
     free = np.ones(len(tips), dtype=np.bool_)
-    tip, other = faces.query(shapely.points(tips), predicate="dwithin", distance=1e-3)
-    free[tip[own[tip] != other]] = False  # another face starts or passes here
+    tip, other = faces.query(shapely.points(tips), predicate="dwithin", distance=_TOUCHING)
+    tip = np.unique(tip[own[tip] != other])
+    free[tip] = False  # another face starts or passes here
+    touching = np.hstack([tips[tip], tips[tip] + 2 * _TOUCHING * ways[tip]])
 
     first, second = near_pairs(tips, tips, _REACH + _SAME_PLANE)
     apart, way, back = tips[second] - tips[first], ways[first], ways[second]
@@ -259,7 +263,7 @@ def _continuations(segments: FloatArray) -> FloatArray:
     links = (np.minimum(ahead, behind) > -0.2 * far) & (far > 1e-3) & (far < _DOOR) & free[first] & free[second]
     links &= (first < count) & (second >= count)
     link = np.hstack([tips[first[links]], tips[second[links]]])
-    return np.concatenate([closing, onward, jambs, link[~_crossed(link, faces)]])
+    return np.concatenate([touching, closing, onward, jambs, link[~_crossed(link, faces)]])
 
 
 def _cut_at_first(rays: FloatArray, own: IntArray, tree: shapely.STRtree) -> FloatArray:
