@@ -7,25 +7,44 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from numpy.typing import NDArray
 
 import asbuilt
 import rooms
-from asbuilt.elevations import draw_elevations
+from asbuilt.elevations import Elevations, draw_elevations
 from asbuilt.evaluate.faces import reliability
 from asbuilt.faces import Face, measure_faces
 from asbuilt.plan import Column, Door, Room, Stair, Storey, Wall, WallFace
-from asbuilt.trust import FEATURES, MODEL, Looks, chance, look_at, position_sigma, trust_elements, trust_faces
+from asbuilt.profiles import StoreyVoxels
+from asbuilt.trust import (
+    FEATURES,
+    MODEL,
+    Looks,
+    chance,
+    drop_unlikely,
+    look_at,
+    position_sigma,
+    trust_elements,
+    trust_faces,
+)
 
 Array = NDArray[np.float64]
 
 
-def looks_at(points: Array, *segments: tuple[float, float, float, float]) -> tuple[Looks, tuple[WallFace, ...]]:
-    """What the points of a room show of faces along segments, each face with its room on the left."""
+def unplaced(
+    points: Array, *segments: tuple[float, float, float, float]
+) -> tuple[list[Face], Elevations, StoreyVoxels]:
+    """Faces along segments, each with its room on the left, and what the points of a room show of them."""
     voxels = rooms.voxels_of(points)
     lines = np.array(segments) - np.tile(voxels.origin, 2)
     elevations = draw_elevations(lines, np.zeros(len(lines), dtype=np.bool_), voxels)
-    faces = [Face(i, line[:2], line[2:], 5.0) for i, line in enumerate(lines)]
+    return [Face(i, line[:2], line[2:], 5.0) for i, line in enumerate(lines)], elevations, voxels
+
+
+def looks_at(points: Array, *segments: tuple[float, float, float, float]) -> tuple[Looks, tuple[WallFace, ...]]:
+    """What the points of a room show of faces along segments, each face with its room on the left."""
+    faces, elevations, voxels = unplaced(points, *segments)
     wall_faces = trust_faces(measure_faces(faces, voxels, 0), faces, elevations, voxels)
     return look_at(faces, elevations, voxels), wall_faces
 
@@ -71,6 +90,18 @@ def test_a_plane_in_the_middle_of_a_room_is_unlikely() -> None:
     screen = rooms.wall((2.0, 2.5), (4.0, 2.5), 0.8, 1.7)
     _, (wall, inside) = looks_at(np.concatenate([ROOM, screen]), SOUTH, (2.0, 2.5, 4.0, 2.5))
     assert inside.confidence < 0.5 < wall.confidence
+
+
+def test_what_is_unlikely_is_drawn_on_long_sides_of_rooms_alone() -> None:
+    """A screen below the ceiling and over the floor: in the room, as its long side, as its short side."""
+    points = np.concatenate([ROOM, rooms.wall((2.0, 2.5), (5.0, 2.5), 0.8, 1.7)])
+    faces, elevations, voxels = unplaced(points, SOUTH, (2.0, 2.5, 5.0, 2.5), (2.0, 2.5, 3.5, 2.5))
+    south, long, short = faces
+    half = shapely.transform(shapely.box(2, 2.5, 5, 5), lambda xy: xy - voxels.origin)
+    assert drop_unlikely(faces, [], elevations, voxels) == [south]
+    assert drop_unlikely(faces, [half], elevations, voxels) == [south, long]
+    assert drop_unlikely([replace(short, curve=1)], [], elevations, voxels)
+    assert drop_unlikely([], [half], elevations, voxels) == []
 
 
 def test_the_other_face_of_a_wall_speaks_for_a_face() -> None:

@@ -34,7 +34,7 @@ from asbuilt.room_faces import draw_room_faces
 from asbuilt.rooms import find_outline, find_rooms, measure_rooms
 from asbuilt.stairs import find_stairs
 from asbuilt.storeys import Level, drop_strays, find_storeys
-from asbuilt.trust import trust_elements, trust_faces
+from asbuilt.trust import drop_unlikely, trust_elements, trust_faces
 from asbuilt.wall_lines import find_wall_lines
 from asbuilt.walls import attach, find_walls
 
@@ -128,6 +128,7 @@ def _plan_by_profiles(
     openings = find_openings(faces, elevations, scores, voxels, level.index)
     enclosed = find_rooms(faces, openings.doors, elevations, voxels)
     faces = finish_faces(draw_room_faces(faces, enclosed, openings.doors, elevations, scores, voxels))
+    faces = drop_unlikely(faces, enclosed, elevations, voxels)
     wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
     rooms = measure_rooms(enclosed, voxels, level, evidence.scans)
     walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)

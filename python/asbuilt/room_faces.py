@@ -15,7 +15,7 @@ import shapely
 
 from asbuilt.directed import Directed
 from asbuilt.elevations import MARGIN, Elevations
-from asbuilt.faces import Face
+from asbuilt.faces import Face, usual_filling
 from asbuilt.grid import BoolArray, FloatArray
 from asbuilt.plan import Opening
 from asbuilt.profiles import StoreyVoxels
@@ -32,8 +32,12 @@ _ALONE = (1.5, 3.5)
 """A side on which no face was found is drawn up to these lengths, m..."""
 _SHOWS = (0.3, 0.6)
 """...if something shows over this share of it."""
+_FILLED = 0.17
+"""Something shows on a step if so much is filled there, of what a well seen wall fills."""
 _STANDING = (0.2, 1.9)
 """It shows between these heights, m: higher up it may be a beam."""
+_BESIDE = 0.08
+"""What shows this near to a face is that one, m."""
 _DOUBLE = 0.3
 """A board, or the pane of a window, is no further before or behind a side, m."""
 
@@ -93,7 +97,7 @@ def draw_room_faces(
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
         # What stands free in a room shows on all its sides, or is none of a wall.
-        beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _DOUBLE / 2) & (shared > 0.3 * side.length)).any())
+        beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _BESIDE) & (shared > 0.3 * side.length)).any())
         wall = _without(_filled(side, stretches, own, gone, elevations, scores, voxels, beside), gone)
         for low, high in wall:
             if high - low < 0.1:
@@ -186,7 +190,7 @@ def _filled(
     else:
         # Beside another face, what shows is that one.
         rest = [] if beside else rest
-        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels, elevations.step)]
+        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels, elevations)]
     return _merged(stretches + hidden)
 
 
@@ -215,16 +219,17 @@ def _passed(
     return scores[first + steps[0] : first + steps[1]]
 
 
-def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, step: float) -> bool:
+def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, elevations: Elevations) -> bool:
     """Whether something stands on a stretch of a side without faces."""
-    length = high - low
+    length, step = high - low, elevations.step
     if not 0.1 < length < _ALONE[1]:
         return False
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
     _, voxel, place, _ = voxels.strips(segment, _ON_SIDE)
     standing = (voxels.z[voxel] > _STANDING[0]) & (voxels.z[voxel] < _STANDING[1])
     counts = np.bincount((place[standing] / step).astype(np.int64), minlength=1)
-    return bool((counts >= 6).sum() * step > _SHOWS[length > _ALONE[0]] * length)
+    well_seen = usual_filling(elevations) * (_STANDING[1] - _STANDING[0]) / step
+    return bool((counts >= _FILLED * well_seen).sum() * step > _SHOWS[length > _ALONE[0]] * length)
 
 
 def _without(intervals: list[tuple[float, float]], gone: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -135,10 +135,11 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     thin = float(np.mean(evidence.count == 1)) > 0.5
     floors = _find_floors(occupied, gap, stood_on, _RUN_GAPS[thin], parameters)
 
-    levels = []
+    levels: list[Level] = []
     heights = list(floors)
     for number, floor in enumerate(heights):
-        z = _surface_height(evidence, occupied[stood_on], base + floor, voxel)
+        below = levels[-1].ceiling if levels else -np.inf
+        z = _surface_height(evidence, occupied[stood_on], base + floor, voxel, below)
         above = (base + heights[number + 1]) * voxel if number + 1 < len(heights) else None
         ceiling = _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom, _RUN_GAPS[thin])
         levels.append(Level(number, z, ceiling, tuple((base + step + 0.5) * voxel for step in floors[floor])))
@@ -246,12 +247,17 @@ def _wall_cells(low: IntArray, length: IntArray, bins: int, reach: int) -> IntAr
     return np.cumsum(steps)[:bins]
 
 
-def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: float) -> float:
-    """The height (m) that most of what can be stood on shares, in the bin of the floor and next to it."""
+def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: float, below: float) -> float:
+    """The height (m) that most of what can be stood on shares, in the bin of the floor and next to it.
+
+    Where a thin cloud misses the floor, the ceiling `below` (m) it seems one.
+    """
     near = stood_on[np.abs(stood_on[:, 2] - floor) <= 1]
     factor = round(voxel / evidence.voxel)
     within = np.flatnonzero(np.abs(evidence.index[:, 2] // factor - floor) <= 1)
     z = evidence.height[within[rows_in(evidence.index[within] // factor, near)]]
+    apart = np.abs(z - below) > voxel
+    z = z[apart] if apart.any() else z
     low = (floor - 1) * voxel
     counts, edges = np.histogram(z, bins=np.arange(low, low + 3 * voxel + 0.005, 0.005))
     middle = edges[int(np.argmax(np.convolve(counts, [1, 1, 1], mode="same")))] + 0.0025

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+import shapely
 
 from asbuilt.elevations import MARGIN, Elevations
 from asbuilt.faces import Face, on_faces, segments_of
@@ -46,6 +47,10 @@ _SHARED = 2.0
 """A storey's common disagreement counts as much in each face's own as so many stretches."""
 _THICKNESS = (0.03, 0.75)
 """How far behind a face the other face of its wall may stand, m."""
+_LIKELY, _SHORT = 0.7, 2.0
+"""Less likely faces are drawn on the sides of rooms alone, where they are longer than this, m."""
+_ON_SIDE = 0.05
+"""A face is on a room's side if its middle is this near to it, m."""
 _COLUMN_UNSEEN = 0.02
 """How far off a side of a column is that was not seen, m: the ends of its neighbours fill their last voxels in part."""
 
@@ -97,6 +102,26 @@ def trust_faces(
         replace(face, sigma=float(sigma[i]) if looks.supported[i] else None, confidence=float(confidence[i]))
         for i, face in enumerate(wall_faces)
     )
+
+
+def drop_unlikely(
+    faces: list[Face], rooms: Sequence[shapely.Polygon], elevations: Elevations, voxels: StoreyVoxels
+) -> list[Face]:
+    """Faces without those that are hardly likely and not needed: short ones, and those on no side of a room.
+
+    Of such faces less than a quarter are real, on plans whose truth is known.
+    """
+    if not faces:
+        return faces
+    likely = chance(look_at(faces, elevations, voxels).features)
+    sides = shapely.union_all([room.boundary for room in rooms])
+    middles = shapely.points([(face.start + face.end) / 2 for face in faces])
+    needed = shapely.dwithin(sides, middles, _ON_SIDE)
+    return [
+        face
+        for i, face in enumerate(faces)
+        if likely[i] > _LIKELY or face.curve is not None or (needed[i] and face.length > _SHORT)
+    ]
 
 
 def position_sigma(looks: Looks) -> FloatArray:
