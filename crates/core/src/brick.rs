@@ -49,6 +49,8 @@ impl Moments {
 pub(crate) trait Cells: Default + Clone + Send + Sync {
     /// Whether it matters where in its voxel a point lies.
     const WANTS_OFFSETS: bool;
+    /// A brick of voxels at different places.
+    fn of(voxels: &[(u16, Moments)]) -> Self;
     /// One more point, at `offset` from the lower corner of its voxel, in quanta.
     fn add_point(&mut self, place: u16, offset: [u32; 3]);
     /// All that is summed up in `moments`.
@@ -66,13 +68,16 @@ pub(crate) trait Cells: Default + Clone + Send + Sync {
 pub(crate) struct Sums {
     /// Each occupied voxel's place and sums, in order of arrival.
     voxels: Vec<(u16, Moments)>,
-    /// Where each place stands in `voxels`, plus one; made once the brick holds enough to need it.
+    /// Where each place stands in `voxels`, plus one; made once one is looked up among more than a few.
     slots: Option<Box<[u16; BRICK_VOXELS]>>,
 }
 
 impl Sums {
     #[inline]
     fn voxel(&mut self, place: u16) -> &mut Moments {
+        if self.slots.is_none() && self.voxels.len() > SEARCHED_VOXELS {
+            self.make_slots();
+        }
         let slot = match &self.slots {
             Some(slots) => usize::from(slots[usize::from(place)]),
             None => self.voxels.iter().position(|&(known, _)| known == place).map_or(0, |i| i + 1),
@@ -89,19 +94,26 @@ impl Sums {
         self.voxels.push((place, Moments::default()));
         if let Some(slots) = &mut self.slots {
             slots[usize::from(place)] = self.voxels.len() as u16;
-        } else if self.voxels.len() > SEARCHED_VOXELS {
-            let mut slots = Box::new([0; BRICK_VOXELS]);
-            for (slot, &(known, _)) in (1..).zip(&self.voxels) {
-                slots[usize::from(known)] = slot;
-            }
-            self.slots = Some(slots);
         }
         self.voxels.len() - 1
+    }
+
+    #[cold]
+    fn make_slots(&mut self) {
+        let mut slots = Box::new([0; BRICK_VOXELS]);
+        for (slot, &(known, _)) in (1..).zip(&self.voxels) {
+            slots[usize::from(known)] = slot;
+        }
+        self.slots = Some(slots);
     }
 }
 
 impl Cells for Sums {
     const WANTS_OFFSETS: bool = true;
+
+    fn of(voxels: &[(u16, Moments)]) -> Self {
+        Self { voxels: voxels.to_vec(), slots: None }
+    }
 
     #[inline]
     fn add_point(&mut self, place: u16, offset: [u32; 3]) {
@@ -131,6 +143,12 @@ pub(crate) struct Bits([u64; BRICK_VOXELS / 64]);
 
 impl Cells for Bits {
     const WANTS_OFFSETS: bool = false;
+
+    fn of(voxels: &[(u16, Moments)]) -> Self {
+        let mut bits = Self::default();
+        voxels.iter().for_each(|&(place, _)| bits.add_point(place, [0; 3]));
+        bits
+    }
 
     #[inline]
     fn add_point(&mut self, place: u16, _: [u32; 3]) {

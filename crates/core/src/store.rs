@@ -16,7 +16,7 @@ use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::brick::{BRICK_VOXELS, Cells, Moments, SIDE_BITS};
-use crate::voxel::{Bricks, Evidence, Kept, ScanEvidence, Space, VOXEL_QUANTA, with_bricks};
+use crate::voxel::{Brick, Bricks, Evidence, Kept, ScanEvidence, Space, VOXEL_QUANTA, with_bricks};
 use crate::{Error, Result};
 
 /// The first bytes of every evidence file.
@@ -209,22 +209,35 @@ fn push_number(bytes: &mut Vec<u8>, mut number: u64) {
     bytes.push(number as u8);
 }
 
-/// The number at the front of some bytes, and how many of them it takes.
+/// The number at the front of some bytes, and how many of them it takes; None if it is none of at most 64 bits.
 #[inline]
-fn decode(bytes: &[u8; LONGEST]) -> std::result::Result<(u64, usize), Wrong> {
+fn decode(bytes: &[u8; LONGEST]) -> Option<(u64, usize)> {
+    // Nearly all are short: their bytes lie in one word, of which seven bits each are put together.
+    let [low @ .., _, _] = bytes;
+    let word = u64::from_le_bytes(*low);
+    let ends = !word & 0x8080_8080_8080_8080;
+    if ends != 0 {
+        let taken = ends.trailing_zeros() as usize / 8 + 1;
+        let word = word & (ends ^ (ends - 1)) & 0x7f7f_7f7f_7f7f_7f7f;
+        let word = (word & 0x007f_007f_007f_007f) | (word & 0x7f00_7f00_7f00_7f00) >> 1;
+        let word = (word & 0x0000_3fff_0000_3fff) | (word & 0x3fff_0000_3fff_0000) >> 2;
+        let word = (word & 0x0000_0000_0fff_ffff) | (word & 0x0fff_ffff_0000_0000) >> 4;
+        // A last byte of zero would be a second way to write the same number.
+        return (taken == 1 || bytes[taken - 1] != 0).then_some((word, taken));
+    }
     let mut number = 0;
     for (i, &byte) in bytes.iter().enumerate() {
         let (bits, shift) = (u64::from(byte & 0x7f), 7 * i);
-        // Ten bytes hold 70 bits; and a last byte of zero would be a second way to write the same number.
+        // Ten bytes hold 70 bits.
         if bits << shift >> shift != bits || (byte == 0 && i > 0) {
             break;
         }
         number |= bits << shift;
         if byte < 0x80 {
-            return Ok((number, i + 1));
+            return Some((number, i + 1));
         }
     }
-    Err(Wrong::data("a number of at most 64 bits"))
+    None
 }
 
 /// The file's length, once its head is known and its checksum is right.
@@ -297,6 +310,10 @@ fn parse(reader: impl BufRead, length: u64) -> std::result::Result<(Evidence, St
     Ok((evidence, about))
 }
 
+fn no_number() -> Wrong {
+    Wrong::data("a number of at most 64 bits")
+}
+
 /// What is wrong with a file.
 enum Wrong {
     /// The message.
@@ -347,21 +364,40 @@ impl<R: BufRead> Reader<R> {
 
     #[inline]
     fn number(&mut self) -> std::result::Result<u64, Wrong> {
+        self.numbers().map(|[number]| number)
+    }
+
+    #[inline]
+    fn numbers<const N: usize>(&mut self) -> std::result::Result<[u64; N], Wrong> {
         let block = self.inner.fill_buf().map_err(Wrong::Io)?;
-        if let Some(ready) = block.first_chunk().filter(|_| self.left >= LONGEST as u64) {
-            let (number, taken) = decode(ready)?;
-            self.inner.consume(taken);
-            self.left -= taken as u64;
-            return Ok(number);
+        let (mut numbers, mut taken) = ([0; N], 0);
+        let is_ready = block.len().min(self.left as usize) >= N * LONGEST;
+        for number in &mut numbers {
+            let ready = block.get(taken..).and_then(|rest| rest.first_chunk()).filter(|_| is_ready);
+            let Some(found) = ready.map(decode) else { return self.numbers_at_end() };
+            let (value, length) = found.ok_or_else(no_number)?;
+            (*number, taken) = (value, taken + length);
         }
-        let mut taken = [0; LONGEST];
-        for byte in &mut taken {
-            [*byte] = self.bytes()?;
-            if *byte < 0x80 {
-                break;
+        self.inner.consume(taken);
+        self.left -= taken as u64;
+        Ok(numbers)
+    }
+
+    /// Numbers byte by byte, where the buffer or the file may end.
+    #[cold]
+    fn numbers_at_end<const N: usize>(&mut self) -> std::result::Result<[u64; N], Wrong> {
+        let mut numbers = [0; N];
+        for number in &mut numbers {
+            let mut bytes = [0; LONGEST];
+            for byte in &mut bytes {
+                [*byte] = self.bytes()?;
+                if *byte < 0x80 {
+                    break;
+                }
             }
+            (*number, _) = decode(&bytes).ok_or_else(no_number)?;
         }
-        Ok(decode(&taken)?.0)
+        Ok(numbers)
     }
 
     /// A number below `end`.
@@ -416,7 +452,7 @@ impl<R: BufRead> Reader<R> {
     ) -> std::result::Result<u64, Wrong> {
         // Voxel indices must fit 32 bits.
         let within = i64::from(i32::MIN >> SIDE_BITS)..=i64::from(i32::MAX >> SIDE_BITS);
-        let (mut before, mut points) = ([0_i32; 3], 0_u64);
+        let (mut before, mut points, mut voxels) = ([0_i32; 3], 0_u64, Vec::new());
         for number in 0..self.number()? {
             let mut key = [0; 3];
             for axis in 0..3 {
@@ -429,21 +465,22 @@ impl<R: BufRead> Reader<R> {
                 return Err(Wrong::data("bricks in the order of their indices"));
             }
             before = key;
-            let brick = bricks.entry(key).or_default();
-            let mut next = 0;
+            let (mut of_brick, mut next) = (Vec::new(), 0);
             for _ in 0..self.below(u64::from(scans) + 1, "a number of scans")? {
                 let scan = self.below(u64::from(scans - next), "a scan")? as u32 + next;
-                brick.scans.push(scan);
+                of_brick.push(scan);
                 next = scan + 1;
             }
+            voxels.clear();
             let mut next = 0;
             for _ in 0..=self.below(BRICK_VOXELS as u64, "a number of voxels")? {
                 let place = self.below((BRICK_VOXELS - next) as u64, "a place in a brick")? as usize + next;
                 let moments = if kept == Kept::Moments { self.moments(quanta)? } else { Moments::default() };
                 points = points.saturating_add(moments.count);
-                brick.cells.add(place as u16, &moments);
+                voxels.push((place as u16, moments));
                 next = place + 1;
             }
+            bricks.insert(key, Brick { cells: C::of(&voxels), scans: of_brick });
         }
         Ok(points)
     }
@@ -451,17 +488,12 @@ impl<R: BufRead> Reader<R> {
     /// Sums that points within a voxel can have.
     fn moments(&mut self, quanta: u32) -> std::result::Result<Moments, Wrong> {
         let impossible = || Wrong::data("sums that points within a voxel can have");
-        let count = self.number()?;
+        let [count, moments @ ..] = self.numbers::<7>()?;
         let greatest = u64::from(quanta) - 1;
         let (sums, products) = (count.checked_mul(greatest), count.checked_mul(greatest * greatest));
         let (Some(sums), Some(products), true) = (sums, products, count > 0) else { return Err(impossible()) };
-        let (mut sum, mut product) = ([0; 3], [0; 3]);
-        for value in &mut sum {
-            *value = self.number()?;
-        }
-        for value in &mut product {
-            *value = self.number()?;
-        }
+        let [x, y, z, xx, xy, yy] = moments;
+        let (sum, product) = ([x, y, z], [xx, xy, yy]);
         if sum.iter().any(|&v| v > sums) || product.iter().any(|&v| v > products) {
             return Err(impossible());
         }

@@ -251,19 +251,36 @@ impl Evidence {
         with_bricks!(&self.space, bricks => {
             let mut bricks: Vec<_> = bricks.iter().collect();
             bricks.sort_unstable_by_key(|(key, _)| **key);
-            let mut voxels = Vec::new();
-            // One slab of bricks after the other, so that what is sorted stays in the cache.
+            let (mut voxels, mut left) = (Vec::new(), Vec::new());
+            // One slab of bricks after the other, so that what is put in order stays in the cache.
             for slab in bricks.chunk_by(|(one, _), (other, _)| one[0] == other[0]) {
-                for (key, brick) in slab {
-                    brick.cells.each(|place, &moments| {
-                        let place = i32::from(place);
-                        let within = [place >> (2 * SIDE_BITS), (place >> SIDE_BITS) & (SIDE - 1), place & (SIDE - 1)];
-                        let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
-                        voxels.push(Voxel { index, moments });
-                    });
+                voxels.clear();
+                left.clear();
+                for (_, brick) in slab {
+                    let first = voxels.len();
+                    brick.cells.each(|place, &moments| voxels.push((place, moments)));
+                    voxels[first..].sort_unstable_by_key(|&(place, _)| place);
+                    left.push(first..voxels.len());
                 }
-                voxels.sort_unstable_by_key(|voxel| voxel.index);
-                voxels.drain(..).for_each(&mut take);
+                // Of each brick the next column, row after row.
+                for x in 0..SIDE {
+                    let mut first = 0;
+                    for row in slab.chunk_by(|(one, _), (other, _)| one[1] == other[1]) {
+                        for y in 0..SIDE {
+                            let column = (x << SIDE_BITS | y) as u16;
+                            for ((key, _), left) in row.iter().zip(&mut left[first..]) {
+                                while left.start < left.end && voxels[left.start].0 >> SIDE_BITS == column {
+                                    let (place, moments) = voxels[left.start];
+                                    let within = [x, y, i32::from(place) & (SIDE - 1)];
+                                    let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
+                                    take(Voxel { index, moments });
+                                    left.start += 1;
+                                }
+                            }
+                        }
+                        first += row.len();
+                    }
+                }
             }
         });
     }
