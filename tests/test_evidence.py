@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import asbuilt
-from asbuilt import Evidence, InputError, ParameterError, evidence_from_points, gather_evidence
-from asbuilt.evidence import rows_in, unique_rows
+from asbuilt import Evidence, InputError, ParameterError, _core, evidence_from_points, gather_evidence
+from asbuilt.evidence import in_company, rows_in, unique_rows
 from asbuilt.params import EvidenceParameters
 from rooms import write_las
 
@@ -147,3 +147,14 @@ def test_rows_against_numpy() -> None:
     assert np.array_equal(rows_in(a, b), (a[:, None] == b[None]).all(axis=2).any(axis=1))
     assert not rows_in(a, b[:0]).any()
     assert len(rows_in(a[:0], b)) == 0
+
+
+def test_coarser_voxels_and_company_against_numpy() -> None:
+    index = unique_rows(np.random.default_rng(4).normal(0, 12, (600, 3)).astype(np.int64))
+    for factor, least in ((1, 8), (2, 20)):
+        coarse = np.unique(index // factor, axis=0)
+        assert np.array_equal(_core.coarser(index.astype(np.int32), factor), coarse)
+        apart = np.abs((index // factor // 4)[:, None] - coarse // 4).max(axis=2)
+        together = (apart <= 1).sum(axis=1) >= least
+        assert 0 < together.sum() < len(index)
+        assert np.array_equal(in_company(index, factor, least), together)

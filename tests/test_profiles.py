@@ -63,3 +63,43 @@ def test_no_voxels() -> None:
 def test_voxels_out_of_order_are_refused() -> None:
     with pytest.raises(ParameterError, match="sorted by their cells"):
         _core.Places(np.zeros((2, 2)), np.array([[1, 0], [0, 0]]), 0.05)
+
+
+def test_hits_are_counted_by_step_depth_and_height(voxels: StoreyVoxels) -> None:
+    lines, step, margin = np.array([(0.0, 0.0, 4.0, 0.0), (3.9, 2.5, 3.9, 0.5)]), 0.3, 0.2
+    first = np.array([0, 15, 23])
+    steps = int(first[-1])
+    hits = voxels.hits(lines, 0.35, margin, step, first)
+    line, voxel, along, offset = voxels.strips(lines, 0.35, margin)
+    at = np.minimum(((along + margin) / step).astype(np.int64) + first[line], first[line + 1] - 1)
+    z = voxels.z[voxel]
+    assert hits.highest == z.max()
+    random = np.random.default_rng(1)
+    for side in (-1.0, 1.0):
+        sides, depth = np.full(steps, side), (np.full(steps, -0.02), random.uniform(0.0, 0.4, steps))
+        about, height = random.uniform(0.5, 2.0, steps), (np.full(steps, -0.4), np.full(steps, 0.3))
+        inside = (side * offset > depth[0][at]) & (side * offset < depth[1][at])
+        inside &= (z - about[at] > -0.4) & (z - about[at] < 0.3)
+        assert inside.sum() > 50
+        assert np.array_equal(hits.count(sides, depth, about, height), np.bincount(at[inside], minlength=steps))
+        for found, values in (
+            (hits.by_depth(sides, depth, about, height, 0.1, 3), side * offset),
+            (hits.by_height(sides, depth, about, height, 0.1, 30), z),
+        ):
+            expected = np.zeros(found.shape)
+            cell = (values[inside] / 0.1).astype(np.int64)
+            within = cell < found.shape[1]
+            np.add.at(expected, (at[inside][within], cell[within]), 1)
+            assert np.array_equal(found, expected)
+
+
+def test_heights_are_looked_up_about_places(voxels: StoreyVoxels) -> None:
+    low, tops = voxels.tops
+    random = np.random.default_rng(2)
+    places, aside, along = random.uniform(-1.0, 5.0, (3, 50, 2))
+    steps = np.array([(0.15, -0.2), (0.9, 0.0)])
+    found = _core.heights_about(tops, (int(low[0]), int(low[1])), 0.1, steps, places, aside, along)
+    for row, (to_side, onward) in zip(found, steps, strict=True):
+        cell = np.floor((places + to_side * aside + onward * along) / 0.1).astype(np.int64) - low
+        x, y = np.clip(cell, 0, np.array(tops.shape) - 1).T
+        assert np.array_equal(row, tops[x, y])

@@ -9,10 +9,14 @@ from numpy.typing import NDArray
 __all__ = [
     "VERSION",
     "Evidence",
+    "Hits",
     "Places",
     "PointReader",
+    "coarser",
     "formats",
+    "heights_about",
     "hough_lines",
+    "in_company",
     "read_header",
     "strips",
     "trace_lines",
@@ -98,7 +102,57 @@ class Places:
     def strips(
         self, segments: NDArray[np.float64], half_width: float, margin: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
+    def hits(
+        self,
+        heights: NDArray[np.float64],
+        lines: NDArray[np.float64],
+        half_width: float,
+        margin: float,
+        step: float,
+        first: NDArray[np.int64],
+    ) -> Hits: ...
 
+@final
+class Hits:
+    @property
+    def highest(self) -> float: ...
+    def count(
+        self,
+        side: NDArray[np.float64],
+        depth: tuple[NDArray[np.float64], NDArray[np.float64]],
+        about: NDArray[np.float64],
+        height: tuple[NDArray[np.float64], NDArray[np.float64]],
+    ) -> NDArray[np.uint32]: ...
+    def by_depth(
+        self,
+        side: NDArray[np.float64],
+        depth: tuple[NDArray[np.float64], NDArray[np.float64]],
+        about: NDArray[np.float64],
+        height: tuple[NDArray[np.float64], NDArray[np.float64]],
+        cell: float,
+        cells: int,
+    ) -> NDArray[np.uint32]: ...
+    def by_height(
+        self,
+        side: NDArray[np.float64],
+        depth: tuple[NDArray[np.float64], NDArray[np.float64]],
+        about: NDArray[np.float64],
+        height: tuple[NDArray[np.float64], NDArray[np.float64]],
+        cell: float,
+        cells: int,
+    ) -> NDArray[np.uint32]: ...
+
+def coarser(index: NDArray[np.int32], factor: int) -> NDArray[np.int64]: ...
+def heights_about(
+    grid: NDArray[np.float64],
+    low: tuple[int, int],
+    cell: float,
+    steps: NDArray[np.float64],
+    places: NDArray[np.float64],
+    aside: NDArray[np.float64],
+    along: NDArray[np.float64],
+) -> NDArray[np.float64]: ...
+def in_company(index: NDArray[np.int32], factor: int, least: int) -> NDArray[np.bool_]: ...
 def formats() -> list[tuple[str, list[str]]]: ...
 def read_header(path: str | PathLike[str], *, spacing: float | None = None) -> dict[str, Any]: ...
 def hough_lines(

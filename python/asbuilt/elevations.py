@@ -9,9 +9,11 @@ leaf stands), and a hidden stretch (where nothing is known) from a gap.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
+from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.profiles import TOP_CELL, StoreyVoxels
 
@@ -31,10 +33,14 @@ _THIN = (0.5, 0.85)
 """In clouds thinner than this, steps are two and four voxels long."""
 _LEVEL = 0.08
 """What lies this near to the height of the floor is floor, m."""
+_WITHIN = (_LEVEL, 0.1)
+"""And so near to those of floor and ceiling, m."""
 _BEYOND = (0.15, 0.3)
 """Where it goes on this far behind, what stands there is deep, as cupboards are and panes are not, m."""
 _BY_WALL, _COVE = 6, 0.6
 """Of the samples of a ceiling, so many are nearest to the wall; there it may be lower by so much, m."""
+_SAMPLES = np.array([(aside, shift) for aside in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9) for shift in (-0.2, 0.0, 0.2)])
+"""Where heights of floor and ceiling are sampled, (18, 2: to one side, along), m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 _TOP = 0.25
@@ -110,50 +116,42 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         for heights in (ceiling_heights, floor_heights)
     )
 
-    line, voxel, position, offset = voxels.strips(lines, _DEPTH, MARGIN)
-    per_line = np.bincount(line, minlength=len(lines))
-    at = ((position + MARGIN) / step).astype(np.int64) + np.repeat(first[:-1], per_line)
-    hits = _Hits(np.minimum(at, np.repeat(first[1:] - 1, per_line)), voxels.z[voxel], offset)
-
-    def counted(chosen: _Hits) -> FloatArray:
-        return np.bincount(chosen.at, minlength=total).astype(np.float64)
-
-    apart = np.abs(offset)
+    hits = voxels.hits(lines, _DEPTH, MARGIN, step, first)
     heights = np.where(np.isfinite(ceilings), ceilings, voxels.height)
-    upper = hits.where((apart > ON_PLANE) & (hits.z > heights.min(initial=np.inf) - _UPPER[0]))
     # Where the other face of its wall stands, if the room that sees the plane is on the left, and on the right.
-    twins = [twin_distance(upper, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
-    near = hits.where((apart > _NEAR[0]) & (apart < _NEAR[1]))
-    on_floor = np.abs(near.z - floors[(near.offset < 0).astype(np.int64), near.at]) < _LEVEL
+    twins = [twin_distance(hits, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
     # Close to the plane most of all: on the far side of a thin wall another room begins.
     faces = []
-    for ceiling, sign, beyond in zip(ceilings, (1, -1), twins[::-1], strict=True):
-        level = near.where((on_floor | (np.abs(near.z - ceiling[near.at]) < 0.1)) & (sign * near.offset > 0))
-        level = level.where(np.abs(level.offset) < (beyond - 0.015)[level.at])
-        faces.append(counted(level) + 9 * counted(level.where(np.abs(level.offset) < _CLOSE[1])))
+    for levels, sign, beyond in zip(zip(floors, ceilings, strict=True), (1, -1), twins[::-1], strict=True):
+        seen = np.zeros(total)
+        for weight, reach in ((1, _NEAR[1]), (9, _CLOSE[1])):
+            depth = (_NEAR[0], np.minimum(reach, beyond - 0.015))
+            for level, within in zip(levels, _WITHIN, strict=True):
+                seen += weight * hits.count(*_ranges(total, sign, depth, level, (-within, within)))
+        faces.append(seen)
     wide = 2 * round(0.4 / step) + 1
     left = partition[line_of] | (smooth(faces[0], first, wide) >= smooth(faces[1], first, wide))
 
-    front_is = np.where(left, 1, -1)
+    front_is = np.where(left, 1.0, -1.0)
     ceiling, twin = np.where(left, heights, heights[::-1])[0], np.where(left, *twins)
     unknown = np.isnan(np.where(left, *ceilings))
-    rows = int(np.floor(hits.z.max(initial=0) / step)) + 2
-    below = _filled_below(hits.where((apart < ON_PLANE) & (hits.z >= 0)), total, rows, step)
+    # Levels before and behind: a floor may be higher on one side.
+    before, behind = np.where(left, floors, floors[::-1])
+    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
+    on_plane = _ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
+    below = _filled_below(hits.by_height(*on_plane, step, rows) > 0)
 
-    def share(chosen: _Hits, least: int = 1) -> FloatArray:
-        return smooth((counted(chosen) >= least).astype(np.float64), first, 5)
+    def share(side: FloatArray, depth: Ends, about: FloatArray | float, height: Ends, least: int = 1) -> FloatArray:
+        counts = hits.count(*_ranges(total, side, depth, about, height))
+        return smooth((counts >= least).astype(np.float64), first, 5)
 
-    at_ceiling = np.abs(near.z - ceiling[near.at]) < 0.1
-    front = front_is[near.at] * near.offset > 0
-    back = ~front & (np.abs(near.offset) < np.minimum(_CLOSE[1], twin - 0.015)[near.at])
-    deep = hits.where((apart > _BEYOND[0]) & (apart < _BEYOND[1]))
-    deep = deep.where((front_is[deep.at] * deep.offset < 0) & (np.abs(deep.z - ceiling[deep.at]) < 0.1))
-    low = hits.where((hits.z > _LOW[0]) & (hits.z < _LOW[1]) & (apart > _NEAR[0] + 0.005) & (apart < 0.3))
-    low = low.where((front_is[low.at] * low.offset < 0) & (np.abs(low.offset) < (twin - 0.02)[low.at]))
+    close = (_NEAR[0], np.minimum(_CLOSE[1], twin - 0.015))
+    at_floor, at_ceiling = ((-within, within) for within in _WITHIN)
+    low = (_NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
     whole = _share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step)
     (front_floor, floor_behind), (front_ceiling, ceiling_behind) = (
-        _as_if_dense(share(near.where(at & front)), share(near.where(at & back)), whole)
-        for at in (on_floor, at_ceiling)
+        _as_if_dense(share(front_is, _NEAR, front, at), share(-front_is, close, back, at), whole)
+        for front, back, at in ((before, behind, at_floor), (ceiling, ceiling, at_ceiling))
     )
     return Elevations(
         lines,
@@ -166,9 +164,9 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         top=np.where(unknown, 1.0, _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)),
         front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
         ceiling_behind=ceiling_behind,
-        ceiling_beyond=share(deep),
+        ceiling_beyond=share(-front_is, _BEYOND, ceiling, at_ceiling),
         floor_behind=floor_behind,
-        low_behind=share(low, least=2),
+        low_behind=share(-front_is, low, 0.0, _LOW, least=2),
         partition=partition,
     )
 
@@ -224,43 +222,35 @@ def floor_heights(place: FloatArray, along: FloatArray, towards: FloatArray, vox
 
 
 def _aside(place: FloatArray, along: FloatArray, towards: FloatArray, low: IntArray, heights: FloatArray) -> FloatArray:
-    """Samples (18, n) of a grid of heights up to 0.9 m to one side of places."""
-    flat, shape = heights.ravel(), np.array(heights.shape)
-    samples = []
-    for aside in (0.15, 0.3, 0.45, 0.6, 0.75, 0.9):
-        for shift in (-0.2, 0.0, 0.2):
-            x, y = np.floor((place + aside * towards + shift * along) / TOP_CELL).astype(np.int64).T - low[:, None]
-            # The cells on the border know nothing.
-            samples.append(flat[np.clip(x, 0, shape[0] - 1) * shape[1] + np.clip(y, 0, shape[1] - 1)])
-    return np.array(samples)
+    """Samples (18, n) of a grid of heights up to 0.9 m to one side of places, the nearest first."""
+    first = (int(low[0]), int(low[1]))
+    return _core.heights_about(heights, first, TOP_CELL, _SAMPLES, place, towards, along)
 
 
-@dataclass(frozen=True)
-class _Hits:
-    """Voxels near the lines: the step that each is at, its height and its offset to the left of the line, m."""
-
-    at: IntArray
-    z: FloatArray
-    offset: FloatArray
-
-    def where(self, chosen: BoolArray) -> _Hits:
-        return _Hits(self.at[chosen], self.z[chosen], self.offset[chosen])
+Ends: TypeAlias = tuple[FloatArray | float, FloatArray | float]
 
 
-def twin_distance(hits: _Hits, front_is: int, ceiling: FloatArray, first: IntArray, step: float) -> FloatArray:
+def _ranges(
+    steps: int, side: FloatArray | float, depth: Ends, about: FloatArray | float, height: Ends
+) -> tuple[FloatArray, tuple[FloatArray, FloatArray], FloatArray, tuple[FloatArray, FloatArray]]:
+    """What counts at each step, as `_core.Hits` takes it: each as an array (steps,), m, also where it is the same."""
+
+    def each(value: FloatArray | float) -> FloatArray:
+        return np.broadcast_to(np.asarray(value, dtype=np.float64), steps)
+
+    return each(side), (each(depth[0]), each(depth[1])), each(about), (each(height[0]), each(height[1]))
+
+
+def twin_distance(hits: _core.Hits, front_is: int, ceiling: FloatArray, first: IntArray, step: float) -> FloatArray:
     """How far behind each step the other face of its wall stands, m; the depth of the elevation where none is seen.
 
     `front_is` 1 if the room is on the left of the line, else -1. Another face is filled in the upper zone, which a
     door leaf in the wall's opening is not.
     """
-    total = len(ceiling)
-    behind = -front_is * hits.offset
-    upper = (behind > ON_PLANE + 0.01) & (hits.z > ceiling[hits.at] - _UPPER[0])
-    upper &= hits.z < ceiling[hits.at] - _UPPER[1]
-    slots = int(np.ceil(_DEPTH / 0.02))
-    slot = hits.at[upper] * slots + (behind[upper] / 0.02).astype(np.int64)
-    filled = np.bincount(slot, minlength=total * slots)
-    dense = smooth_rows(filled.reshape(total, slots).astype(np.float64), first, 2 * round(0.5 / step) + 1)
+    upper = (ceiling - _UPPER[0], ceiling - _UPPER[1])
+    behind = _ranges(len(ceiling), -front_is, (ON_PLANE + 0.01, np.inf), 0.0, upper)
+    filled = hits.by_depth(*behind, 0.02, int(np.ceil(_DEPTH / 0.02)))
+    dense = smooth_rows(filled.astype(np.float64), first, 2 * round(0.5 / step) + 1)
     dense[:, :-1] += dense[:, 1:]
     needed = 0.25 * (_UPPER[0] - _UPPER[1]) / step
     face = dense >= needed
@@ -297,11 +287,9 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     return closed
 
 
-def _filled_below(hits: _Hits, total: int, rows: int, step: float) -> IntArray:
-    """How many of the heights of `step` (m) below each (total, rows + 1) hold a voxel."""
-    filled = np.zeros((total, rows), dtype=np.bool_)
-    filled[hits.at, (hits.z / step).astype(np.int64)] = True
-    below = np.zeros((total, rows + 1), dtype=np.int16)
+def _filled_below(filled: BoolArray) -> IntArray:
+    """How many of the heights below each (total, rows + 1) hold a voxel, by those that do (total, rows)."""
+    below = np.zeros((len(filled), filled.shape[1] + 1), dtype=np.int16)
     np.cumsum(filled, axis=1, out=below[:, 1:])
     return below
 

@@ -140,7 +140,7 @@ class Evidence:
         factor = round(voxel / self.voxel)
         if factor < 1 or abs(factor * self.voxel - voxel) > 1e-9:
             raise ParameterError(f"voxel {voxel} m: expected a multiple of the evidence's {self.voxel} m")
-        return unique_rows(self.index // factor)
+        return _core.coarser(self.index.astype(np.int32, copy=False), factor)
 
     def merged(self, *others: Evidence) -> Evidence:
         """The evidence of all these clouds together.
@@ -180,6 +180,13 @@ def count_rows(index: IntArray) -> tuple[IntArray, IntArray, IntArray]:
     inverse = np.empty(len(order), dtype=np.int64)
     inverse[order] = np.cumsum(new) - 1
     return index[order[new]].astype(np.int64), inverse, np.diff(np.flatnonzero(new), append=len(new))
+
+
+def in_company(index: IntArray, factor: int = 1, least: int = 8) -> BoolArray:
+    """Which voxels (n, 3) do not stand alone: `least` or more, each `factor` times the size, are in the cube of four a
+    side that holds it, and in the 26 cubes around.
+    """
+    return _core.in_company(index.astype(np.int32, copy=False), factor, least)
 
 
 def rows_in(index: IntArray, among: IntArray) -> BoolArray:

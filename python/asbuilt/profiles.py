@@ -13,9 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.evidence import Evidence, count_rows
+from asbuilt.evidence import Evidence, in_company
 from asbuilt.grid import FloatArray, IntArray
-from asbuilt.storeys import Level, in_company
+from asbuilt.storeys import Level
 
 _BELOW_FLOOR = 0.3
 """Voxels this far below the floor of the lowest storey still belong to it, m: steps, thresholds, sunken floors."""
@@ -80,6 +80,13 @@ class StoreyVoxels:
         """
         return self._places.strips(np.ascontiguousarray(segments), half_width, margin)
 
+    def hits(self, lines: FloatArray, half_width: float, margin: float, step: float, first: IntArray) -> _core.Hits:
+        """The voxels of such strips, to be counted by the steps of each line: they are `step` (m) long and begin at the
+        margin before its start; `first` (n + 1,) is where each line's begin.
+        """
+        steps = np.asarray(first, dtype=np.int64)
+        return self._places.hits(self.z, np.ascontiguousarray(lines), half_width, margin, step, steps)
+
     def in_box(self, low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> IntArray:
         """Indices (h,) of the voxels in a rectangle between two corners (2,), m; in order."""
         return self._places.in_box((float(low[0]), float(low[1])), (float(high[0]), float(high[1])))
@@ -121,19 +128,18 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     z = evidence.height - level.floor
     # What lies lower under another floor is the ceiling of the storey below.
     kept = np.flatnonzero((z > -(_BELOW_FLOOR if level.index == 0 else _SLAB)) & (z < top))
-    coarse, coarse_of, _ = count_rows(evidence.index[kept] // 2)
-    kept = kept[in_company(coarse)[coarse_of]]
-    index = evidence.index[kept][:, :2]
+    kept = kept[in_company(evidence.index.take(kept, axis=0), 2)]
+    z, index = z[kept], evidence.index.take(kept, axis=0)[:, :2]
     # The same origin for the same cloud, wherever it stands: a whole number of metres near its middle.
     middle = np.median(index, axis=0) if len(index) else np.zeros(2)
     corner = np.floor(middle * evidence.voxel)
     cells = index - np.round(corner / evidence.voxel).astype(np.int64)
     origin = np.round(corner / evidence.voxel) * evidence.voxel
-    xy = cells * evidence.voxel + evidence.mean[kept][:, :2]
-    standing = (z[kept] > 0.3) & (z[kept] < height - 0.2)
-    single = evidence.count[kept][standing] == 1
+    xy = cells * evidence.voxel + evidence.mean.take(kept, axis=0)[:, :2]
+    single = evidence.count[kept[(z > 0.3) & (z < height - 0.2)]] == 1
     thinness = float(single.mean()) if len(single) else 0.0
-    return StoreyVoxels(origin, cells, xy, z[kept], evidence.covariance[kept], evidence.voxel, height, thinness)
+    covariance = evidence.covariance.take(kept, axis=0)
+    return StoreyVoxels(origin, cells, xy, z, covariance, evidence.voxel, height, thinness)
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,11 @@ stand in lies something to stand on. The heights of those surfaces, weighed by t
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt.evidence import Evidence, count_rows, rows_in
+from asbuilt.evidence import Evidence, count_rows, in_company, rows_in
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.params import StoreyParameters
 
@@ -254,7 +253,8 @@ def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: f
     """
     near = stood_on[np.abs(stood_on[:, 2] - floor) <= 1]
     factor = round(voxel / evidence.voxel)
-    within = np.flatnonzero(np.abs(evidence.index[:, 2] // factor - floor) <= 1)
+    layer = evidence.index[:, 2]
+    within = np.flatnonzero((layer >= (floor - 1) * factor) & (layer < (floor + 2) * factor))
     z = evidence.height[within[rows_in(evidence.index[within] // factor, near)]]
     apart = np.abs(z - below) > voxel
     z = z[apart] if apart.any() else z
@@ -305,22 +305,3 @@ def _ceiling_height(
 def drop_strays(occupied: IntArray) -> IntArray:
     """Voxels (n, 3) without those that stand alone."""
     return occupied[in_company(occupied)]
-
-
-def in_company(occupied: IntArray, size: int = 4, least: int = 8) -> BoolArray:
-    """Which voxels (n, 3) are in cubes of `size` voxels a side that hold, with the 26 around, `least` or more."""
-    if len(occupied) == 0:
-        return np.zeros(0, dtype=np.bool_)
-    cubes, inverse, counts = count_rows(occupied // size)
-    cubes = cubes - cubes.min(axis=0) + 1
-    shape = tuple(cubes.max(axis=0) + 2)
-    place = np.ravel_multi_index(tuple(cubes.T), shape)  # sorted, as the cubes are
-    around = counts.copy()
-    # Of the 26 around a cube those that come after it; the others find it.
-    for step in list(itertools.product((-1, 0, 1), repeat=3))[14:]:
-        wanted = place + int(np.dot(step, (shape[1] * shape[2], shape[2], 1)))
-        other = np.minimum(np.searchsorted(place, wanted), len(place) - 1)
-        cube = np.flatnonzero(place[other] == wanted)
-        around[cube] += counts[other[cube]]
-        around[other[cube]] += counts[cube]
-    return (around >= least)[inverse]

@@ -3,8 +3,11 @@
 //! configuration, and gives the same bytes for any number of threads.
 
 mod brick;
+pub mod coarse;
 pub mod error;
 pub mod gather;
+pub mod heights;
+pub mod hits;
 pub mod hough;
 mod lattice;
 pub mod neighbours;

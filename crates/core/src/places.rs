@@ -39,6 +39,16 @@ impl Places {
         Ok(Self { cell, points, cells, rows })
     }
 
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there is no point.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
     /// Hand on the runs of points in those cells of the rows from `low` to `high` (m, across the rows) that lie in
     /// `along` (from, to; m, along them), which is told the ends of each row.
     fn in_rows(

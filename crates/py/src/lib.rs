@@ -1,8 +1,11 @@
 //! Python bindings: check shapes, release the interpreter, call `asbuilt_core`, wrap the result. Private; the public
 //! interface is the Python package.
 
+mod coarse;
 mod error;
 mod evidence;
+mod heights;
+mod hits;
 mod hough;
 mod places;
 mod read;
@@ -14,7 +17,13 @@ use pyo3::prelude::*;
 #[pymodule]
 mod _core {
     #[pymodule_export]
+    use crate::coarse::{coarser, in_company};
+    #[pymodule_export]
     use crate::evidence::Evidence;
+    #[pymodule_export]
+    use crate::heights::heights_about;
+    #[pymodule_export]
+    use crate::hits::Hits;
     #[pymodule_export]
     use crate::hough::hough_lines;
     #[pymodule_export]

@@ -1,9 +1,11 @@
 //! Points on a lattice of ground cells, found by place.
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::error::to_python;
+use crate::hits::Hits;
 use crate::rows::rows;
 
 /// Points (n, 2), m, sorted by the ground cell (n, 2) of side `cell` (m) that each lies in.
@@ -68,5 +70,31 @@ impl Places {
             columns.2.into_pyarray(py),
             columns.3.into_pyarray(py),
         ))
+    }
+
+    /// The points within `half_width` of each line (n, 4) and at most `margin` beyond its ends, m, by the steps of
+    /// `step` metres from the margin before its start: line i has those from `first[i]` to before `first[i + 1]`.
+    /// `heights` (m,) are those of all points, m.
+    #[allow(clippy::too_many_arguments, reason = "arrays in Python")]
+    fn hits(
+        &self,
+        py: Python<'_>,
+        heights: PyReadonlyArray1<'_, f64>,
+        lines: PyReadonlyArray2<'_, f64>,
+        half_width: f64,
+        margin: f64,
+        step: f64,
+        first: PyReadonlyArray1<'_, i64>,
+    ) -> PyResult<Hits> {
+        let lines: Vec<[f64; 4]> = rows("lines", &lines)?;
+        let first: Vec<usize> = first.as_array().iter().map(|&i| i as usize).collect();
+        let heights = heights.as_slice()?;
+        if first.len() != lines.len() + 1 || heights.len() != self.inner.len() {
+            return Err(PyValueError::new_err("expected a first step for each line, and a height for each point"));
+        }
+        let steps = first[lines.len()];
+        let inner = py
+            .detach(|| asbuilt_core::hits::Hits::new(&self.inner, heights, &lines, [half_width, margin], step, &first));
+        Ok(Hits { inner, steps })
     }
 }

@@ -1,0 +1,173 @@
+//! Points near lines, counted by the steps into which the lines are cut.
+//!
+//! An elevation asks again and again how many points each step of a line has before or behind it, between two depths
+//! and two heights. The points near the lines are gathered once and stay here; what is asked for is counted in one pass
+//! over them.
+
+use crate::places::Places;
+
+/// Hits of a step are kept in so many parts of the strip's width, so that those of other depths are passed over.
+const PARTS: usize = 16;
+
+/// What counts at a step: points to one side of the line, in a range of depths to that side, and of heights about some
+/// height; ends do not count.
+#[derive(Debug, Clone, Copy)]
+pub struct Range {
+    /// 1 for the left of the line, -1 for the right.
+    pub side: f64,
+    /// From and to this far to that side, m; what lies to the other is less than 0.
+    pub depth: [f64; 2],
+    /// The height about which heights are counted, m.
+    pub about: f64,
+    /// From and to this far above it, m.
+    pub height: [f64; 2],
+}
+
+/// Points near lines.
+pub struct Hits {
+    half_width: f64,
+    /// Offset to the left of its line, and height, of each point, m; step after step, and part after part.
+    hits: Vec<[f64; 2]>,
+    /// Where those of each part begin, and past the last.
+    starts: Vec<u32>,
+}
+
+impl Hits {
+    /// The points within `half_width` (m) of lines, and at most `margin` (m) beyond their ends; `heights` are those of
+    /// all points, m. Steps of `step` metres begin at the margin before each line's start; line i has those from
+    /// `first[i]` to before `first[i + 1]`.
+    pub fn new(
+        places: &Places,
+        heights: &[f64],
+        lines: &[[f64; 4]],
+        [half_width, margin]: [f64; 2],
+        step: f64,
+        first: &[usize],
+    ) -> Self {
+        let mut this = Self { half_width, hits: Vec::new(), starts: vec![0] };
+        let (mut found, mut ends) = (Vec::new(), Vec::new());
+        for (&line, range) in lines.iter().zip(first.windows(2)) {
+            let steps = range[1].saturating_sub(range[0]);
+            found.clear();
+            ends.clear();
+            ends.resize(steps * PARTS + 1, 0);
+            places.in_strip(line, half_width, margin, |point, along, offset| {
+                let at = (((along + margin) / step) as usize).min(steps.saturating_sub(1));
+                let part = at * PARTS + this.part(offset);
+                ends[part + 1] += 1;
+                found.push((part, [offset, heights[point]]));
+            });
+            let before = this.hits.len();
+            for part in 1..ends.len() {
+                ends[part] += ends[part - 1];
+                this.starts.push((before + ends[part]) as u32);
+            }
+            this.hits.resize(before + found.len(), [0.0; 2]);
+            for &(part, hit) in &found {
+                this.hits[before + ends[part]] = hit;
+                ends[part] += 1;
+            }
+        }
+        this
+    }
+
+    /// The part of the width in which an offset lies: a greater one never in an earlier part.
+    fn part(&self, offset: f64) -> usize {
+        let share = (offset + self.half_width) / (2.0 * self.half_width);
+        ((share * PARTS as f64) as usize).min(PARTS - 1)
+    }
+
+    /// The height of the highest point, m; minus infinity without any.
+    pub fn highest(&self) -> f64 {
+        self.hits.iter().map(|hit| hit[1]).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// How many points each step has in its range.
+    pub fn count(&self, ranges: &[Range]) -> Vec<u32> {
+        self.spread(ranges, 1, |_, _| 0)
+    }
+
+    /// How many points each step has in its range, in each of `cells` depths of `cell` metres: step after step.
+    pub fn by_depth(&self, ranges: &[Range], cell: f64, cells: usize) -> Vec<u32> {
+        self.spread(ranges, cells, |depth, _| (depth / cell) as usize)
+    }
+
+    /// The same by height.
+    pub fn by_height(&self, ranges: &[Range], cell: f64, cells: usize) -> Vec<u32> {
+        self.spread(ranges, cells, |_, height| (height / cell) as usize)
+    }
+
+    /// Counts in `cells` cells a step; points in cells beyond the last are left out.
+    fn spread(&self, ranges: &[Range], cells: usize, cell: impl Fn(f64, f64) -> usize) -> Vec<u32> {
+        let mut counts = vec![0; ranges.len() * cells];
+        for (step, (range, parts)) in ranges.iter().zip(self.starts.windows(PARTS + 1).step_by(PARTS)).enumerate() {
+            let ends = range.depth.map(|depth| self.part(range.side * depth));
+            let near = parts[ends[0].min(ends[1])] as usize..parts[ends[0].max(ends[1]) + 1] as usize;
+            for &[offset, height] in &self.hits[near] {
+                let (depth, above) = (range.side * offset, height - range.about);
+                let counted = (depth > range.depth[0])
+                    & (depth < range.depth[1])
+                    & (above > range.height[0])
+                    & (above < range.height[1]);
+                let cell = cell(depth, height);
+                if counted && cell < cells {
+                    counts[step * cells + cell] += 1;
+                }
+            }
+        }
+        counts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Along x from 0 to 1: two points on the left at either end, one on the right; and one out of reach.
+    fn hits() -> Hits {
+        let points = vec![[0.05, 0.2], [0.5, -0.1], [1.2, 0.1], [3.0, 0.1]];
+        let places = Places::new(points, &[[0, 0], [0, -1], [1, 0], [3, 0]], 1.0);
+        assert!(places.is_err()); // out of order
+        let points = vec![[0.5, -0.1], [0.05, 0.2], [1.2, 0.1], [3.0, 0.1]];
+        let places = Places::new(points, &[[0, -1], [0, 0], [1, 0], [3, 0]], 1.0).unwrap();
+        let lines = [[9.0, 9.0, 9.5, 9.0], [0.0, 0.0, 1.0, 0.0]];
+        Hits::new(&places, &[2.4, 0.5, 2.5, 2.5], &lines, [0.3, 0.5], 0.5, &[0, 3, 7])
+    }
+
+    fn ranges(side: f64) -> Vec<Range> {
+        vec![Range { side, depth: [0.0, 0.15], about: 2.5, height: [-0.2, 0.2] }; 7]
+    }
+
+    #[test]
+    fn points_are_counted_at_their_steps_within_the_ranges() {
+        let hits = hits();
+        assert_eq!(hits.count(&ranges(1.0)), [0, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(hits.count(&ranges(-1.0)), [0, 0, 0, 0, 0, 1, 0]);
+        assert!(hits.highest() == 2.5);
+        let all = vec![Range { side: 1.0, depth: [-1.0, 1.0], about: 0.0, height: [0.0, 3.0] }; 7];
+        assert_eq!(hits.count(&all), [0, 0, 0, 0, 1, 1, 1]);
+        // An end of a range does not count.
+        let open = vec![Range { side: 1.0, depth: [-1.0, 1.0], about: 0.0, height: [0.5, 2.5] }; 7];
+        assert_eq!(hits.count(&open), [0, 0, 0, 0, 0, 1, 0]);
+    }
+
+    #[test]
+    fn counts_by_depth_and_height_add_up() {
+        let hits = hits();
+        let left = vec![Range { side: 1.0, depth: [0.0, 1.0], about: 0.0, height: [0.0, 3.0] }; 7];
+        let by_depth = hits.by_depth(&left, 0.15, 2);
+        assert_eq!(by_depth[8..], [0, 1, 0, 0, 1, 0]);
+        let by_height = hits.by_height(&left, 1.0, 3);
+        assert_eq!(by_height[12..15], [1, 0, 0]);
+        assert_eq!(by_height[18..], [0, 0, 1]);
+        assert_eq!(hits.by_height(&left, 1.0, 1).iter().sum::<u32>(), 1);
+    }
+
+    #[test]
+    fn without_points_nothing_is_counted() {
+        let places = Places::new(Vec::new(), &[], 0.05).unwrap();
+        let hits = Hits::new(&places, &[], &[[0.0, 0.0, 1.0, 0.0]], [0.3, 0.0], 0.5, &[0, 2]);
+        assert_eq!(hits.count(&ranges(1.0)[..2]), [0, 0]);
+        assert!(hits.highest() < 0.0);
+    }
+}

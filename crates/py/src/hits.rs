@@ -1,0 +1,91 @@
+//! Points near lines, counted by the steps of the lines.
+
+use asbuilt_core::hits::{Hits as Inner, Range};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+/// Points near lines, each at a step of its line; made by `Places.hits`.
+///
+/// What counts at a step is given by arrays over the steps (m,): on which side of the line (1: left, -1: right), from and
+/// to which depth to that side, about which height and from and to how far above it, m; ends do not count.
+#[pyclass(frozen, module = "asbuilt._core")]
+pub struct Hits {
+    pub inner: Inner,
+    pub steps: usize,
+}
+
+type Values<'py> = PyReadonlyArray1<'py, f64>;
+
+impl Hits {
+    fn ranges(
+        &self,
+        side: &Values,
+        depth: &(Values, Values),
+        about: &Values,
+        height: &(Values, Values),
+    ) -> PyResult<Vec<Range>> {
+        let arrays = [side, &depth.0, &depth.1, about, &height.0, &height.1].map(|array| array.as_array());
+        if let Some(wrong) = arrays.iter().find(|array| array.len() != self.steps) {
+            return Err(PyValueError::new_err(format!("expected {} steps, found {}", self.steps, wrong.len())));
+        }
+        let [side, from, to, about, low, high] = arrays;
+        Ok((0..self.steps)
+            .map(|i| Range { side: side[i], depth: [from[i], to[i]], about: about[i], height: [low[i], high[i]] })
+            .collect())
+    }
+}
+
+#[pymethods]
+impl Hits {
+    /// The height of the highest point, m; minus infinity without any.
+    #[getter]
+    fn highest(&self) -> f64 {
+        self.inner.highest()
+    }
+
+    /// How many points each step has (m,).
+    fn count<'py>(
+        &self,
+        py: Python<'py>,
+        side: Values<'py>,
+        depth: (Values<'py>, Values<'py>),
+        about: Values<'py>,
+        height: (Values<'py>, Values<'py>),
+    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let ranges = self.ranges(&side, &depth, &about, &height)?;
+        Ok(py.detach(|| self.inner.count(&ranges)).into_pyarray(py))
+    }
+
+    /// How many points each step has in each of `cells` depths of `cell` metres (m, cells).
+    #[allow(clippy::too_many_arguments, reason = "arrays in Python")]
+    fn by_depth<'py>(
+        &self,
+        py: Python<'py>,
+        side: Values<'py>,
+        depth: (Values<'py>, Values<'py>),
+        about: Values<'py>,
+        height: (Values<'py>, Values<'py>),
+        cell: f64,
+        cells: usize,
+    ) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let ranges = self.ranges(&side, &depth, &about, &height)?;
+        py.detach(|| self.inner.by_depth(&ranges, cell, cells)).into_pyarray(py).reshape([self.steps, cells])
+    }
+
+    /// How many points each step has in each of `cells` heights of `cell` metres, from 0 up (m, cells).
+    #[allow(clippy::too_many_arguments, reason = "arrays in Python")]
+    fn by_height<'py>(
+        &self,
+        py: Python<'py>,
+        side: Values<'py>,
+        depth: (Values<'py>, Values<'py>),
+        about: Values<'py>,
+        height: (Values<'py>, Values<'py>),
+        cell: f64,
+        cells: usize,
+    ) -> PyResult<Bound<'py, PyArray2<u32>>> {
+        let ranges = self.ranges(&side, &depth, &about, &height)?;
+        py.detach(|| self.inner.by_height(&ranges, cell, cells)).into_pyarray(py).reshape([self.steps, cells])
+    }
+}
