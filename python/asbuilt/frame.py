@@ -67,7 +67,8 @@ class Upward:
 def find_upward(evidence: Evidence) -> Upward | None:
     """Which axis points up if it is not z; None where it is, and where nothing tells (no voxel, a single plane)."""
     factor = max(round(_CELL / evidence.voxel), 1)
-    found = [_largest_pair(evidence.index, axis, factor, factor * evidence.voxel) for axis in range(3)]
+    cells = np.ascontiguousarray(evidence.index.T) // factor
+    found = [_largest_pair(cells, axis, factor * evidence.voxel) for axis in range(3)]
     areas = np.array([pair.area for pair in found])
     best = int(areas.argmax())
     others = np.delete(areas, best)
@@ -145,13 +146,14 @@ class _Pair(NamedTuple):
     walls: float
 
 
-def _largest_pair(index: IntArray, axis: int, factor: int, cell: float) -> _Pair:
-    """The pair of the largest area, of the voxels `index` put together by `factor` to sides of `cell`."""
+def _largest_pair(cells: IntArray, axis: int, cell: float) -> _Pair:
+    """The pair of the largest area, of `cells` (3: x, y, z; n) of `cell` metres; some come more than once."""
     nothing = _Pair(0.0, True, 0.0)
-    a, b = (index[:, other] // factor for other in range(3) if other != axis)
-    every = max(len(index) // _SAMPLE, 1)
-    chosen = (a + 3 * b) % every == 0
-    along, a, b = (column[chosen].astype(np.int64) for column in (index[:, axis] // factor, a, b))
+    a, b = (cells[other] for other in range(3) if other != axis)
+    every = max(len(a) // _SAMPLE, 1)
+    mixed = a + 3 * b
+    chosen = np.flatnonzero(mixed == mixed // every * every)
+    along, a, b = (column[chosen].astype(np.int64) for column in (cells[axis], a, b))
     if len(along) == 0:
         return nothing
     along, a, b = along - along.min(), a - a.min(), b - b.min()

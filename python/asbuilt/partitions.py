@@ -39,11 +39,12 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     replaced = partition.copy()
     faces: list[FloatArray] = []
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    line, voxel, along, offset = voxels.strips(lines, _MAX_THICKNESS + 0.15, 0.1)
+    long = np.flatnonzero(length >= _MIN_LENGTH)
+    line, voxel, along, offset = voxels.strips(lines[long], _MAX_THICKNESS + 0.15, 0.1)
     z = voxels.z[voxel]
-    first = np.searchsorted(line, np.arange(len(lines) + 1))
-    for i in np.flatnonzero(length >= _MIN_LENGTH):
-        of_line = slice(first[i], first[i + 1])
+    first = np.searchsorted(line, np.arange(len(long) + 1))
+    for number, i in enumerate(long):
+        of_line = slice(first[number], first[number + 1])
         if replaced[i] or partition[i]:
             continue
         direction = (lines[i, 2:] - lines[i, :2]) / length[i]
