@@ -5,17 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from shapely import LineString, Polygon
 
 from asbuilt import extract_floor_plan
 from asbuilt.elevations import draw_elevations
 from asbuilt.faces import Face
 from asbuilt.leaves import find_leaves
 from asbuilt.openings import find_openings
-from asbuilt.plan import Storey, WallFace
+from asbuilt.plan import Storey
 from asbuilt.profiles import storey_voxels
 from asbuilt.storeys import find_storeys
 from asbuilt.wall_sides import close_cells
-from rooms import box, box_room, evidence, level, wall, walls, without
+from rooms import box, box_room, evidence, level, voxels_of, wall, walls, without
 
 Array = NDArray[np.float64]
 
@@ -132,7 +133,7 @@ def window(x0: float, x1: float, z0: float, z1: float) -> Array:
 
 
 @pytest.mark.parametrize("degrees", [0.0, 33.0])
-def test_a_window_seen_from_one_side_lies_on_that_face(degrees: float) -> None:
+def test_a_window_seen_from_one_side_lies_in_the_wall_as_drawn(degrees: float) -> None:
     points = opened(box_room(0, 0, 6, 4), (2.0, 3.6, 0.9, 2.2), deep=0.15)
     plan = storey(points, window(2.0, 3.6, 0.9, 2.2), degrees=degrees)
     [found] = plan.windows
@@ -140,13 +141,32 @@ def test_a_window_seen_from_one_side_lies_on_that_face(degrees: float) -> None:
     assert found.id == "S0-G1"
     assert found.width == pytest.approx(1.6, abs=WIDTH)
     assert (found.sill, found.head) == pytest.approx((0.9, 2.2), abs=HEIGHT)
-    assert min(_off(face, found.start) + _off(face, found.end) for face in plan.wall_faces) < 0.01
+    [wall] = [wall for wall in plan.walls if wall.id == found.wall]
+    assert Polygon(wall.outline).buffer(1e-6).covers(LineString([found.start, found.end]))
 
 
-def _off(face: WallFace, point: tuple[float, float]) -> float:
-    """How far a point lies off the line of a face, m."""
-    (x, y), (u, v) = np.subtract(face.end, face.start) / face.length, np.subtract(point, face.start)
-    return abs(float(x * v - y * u))
+def test_a_bar_across_a_window_does_not_make_two_of_it() -> None:
+    parts = [(2.0, 3.6, 0.6, 1.2), (2.0, 3.6, 1.28, 2.2)]
+    points = opened(box_room(0, 0, 6, 4), *parts, deep=0.15)
+    [found] = storey(points, *(window(*part) for part in parts)).windows
+    assert found.width == pytest.approx(1.6, abs=WIDTH)
+    assert (found.sill, found.head) == pytest.approx((0.6, 2.2), abs=HEIGHT)
+
+
+@pytest.mark.parametrize("corner", [0.0, 1.5])
+@pytest.mark.parametrize("behind", [False, True])
+def test_the_wall_above_a_panelling_is_no_window(corner: float, behind: bool) -> None:
+    """The panelling stands 5 cm before the wall, and its plane is taken for the wall's."""
+    front = [wall((4.5, 3.95), (corner, 3.95), 0, 2.2), level(corner, 3.95, 4.5, 4, 2.2)]
+    beside = [wall(a, b, 0, 2.2) for a, b in (((6, 4), (4.5, 4)), ((corner, 4), (0, 4))) if a != b]
+    above = [wall((6, 4), (0, 4), 2.2, 3.0)]
+    rest = [wall(a, b, 0, 3) for a, b in (((0, 4), (0, 0)), ((0, 0), (6, 0)), ((6, 0), (6, 4)))]
+    rest += [level(0, 0, 6, 4, z) for z in (0.0, 3.0)] + [box_room(0, 4.2, 6, 8, high=3.0)] * behind
+    voxels = voxels_of(*front, *beside, *above, *rest)
+    line = np.array([[4.5, 3.95, corner, 3.95]]) - np.tile(voxels.origin, 2)
+    elevations = draw_elevations(line, np.array([False]), voxels)
+    faces = [Face(0, line[0, :2], line[0, 2:], 1.0)]
+    assert find_openings(faces, elevations, np.zeros(len(elevations.upper)), voxels, 0).all == ()
 
 
 def test_windows_side_by_side_stay_two() -> None:

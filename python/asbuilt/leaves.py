@@ -40,11 +40,10 @@ _BEYOND = 0.3
 
 @dataclass(frozen=True)
 class Leaf:
-    """An open leaf: where it hangs, to which side of its opening it stands, and by how much it is turned, rad."""
+    """An open leaf: where it hangs, and to which side of its opening it stands."""
 
     hinge: Side
     swing: Turn
-    turn: float
 
 
 def find_leaves(lines: FloatArray, thickness: FloatArray, sill: FloatArray, voxels: StoreyVoxels) -> list[Leaf | None]:
@@ -92,10 +91,7 @@ def _leaf(points: FloatArray, width: float, thickness: float) -> Leaf | None:
                 filled = np.where(wide[:, beyond].mean(axis=1) < _BEYOND, fan[:, leaf].mean(axis=1), 0.0)
                 filled[fan[:, leaf].min(axis=1) < _FILLED / 2] = 0.0
                 if filled.max() > most:
-                    best, most = (
-                        Leaf(hinge, swing, float(np.radians(_TURNS[int(filled.argmax())]))),
-                        float(filled.max()),
-                    )
+                    best, most = Leaf(hinge, swing), float(filled.max())
     return best
 
 

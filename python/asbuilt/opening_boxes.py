@@ -17,6 +17,8 @@ DOOR_WIDTH = (0.5, 3.0)
 """Doors are this wide, m."""
 WINDOW_SIZE = (0.35, 0.35)
 """Windows are at least this wide and high, m."""
+_BAR = 0.12
+"""What lies on the plane across an opening and is no higher is a bar of its frame, m."""
 SILL = 0.25
 """What begins less than this over the floor can be walked through, m."""
 
@@ -129,7 +131,7 @@ def _belong(a: Box, b: Box, sides: WallSides, seen: BoolArray) -> bool:
         return True
     if over > 0 and -apart >= 0.3 * narrower and narrower * step > 0.25:
         between = sides.wall[max(a.low, b.low) : min(a.high, b.high), min(a.top, b.top) : max(a.bottom, b.bottom)]
-        return bool(between.mean() < 0.15)
+        return bool(over * step < _BAR or between.mean() < 0.15)
     if 0 < apart * step < DOOR_WIDTH[1] - 0.4 and -over >= 0.5 * lower and lower * step > 0.25:
         left, right = (a, b) if a.low < b.low else (b, a)
         # Beyond its jamb an opening does not go on; a jamb alone does not yet say on which side it is.
@@ -190,7 +192,6 @@ class Rim:
     top: float
     wall_left: float
     wall_right: float
-    over: float
     wall_within: float
     density: float
     spread: float
@@ -212,7 +213,6 @@ def measure_rim(box: Box, sides: WallSides, seen: BoolArray) -> Rim:
         top=_mean(within[:, -2:].any(axis=1)),
         wall_left=_mean(left.any(axis=0)),
         wall_right=_mean(right.any(axis=0)),
-        over=_mean(sides.wall[box.low : box.high, box.top : box.top + beside].any(axis=1)),
         wall_within=_mean(sides.wall[box.low : box.high, rows]),
         density=_mean(inner),
         spread=float(np.mean([part.any() for part in blocks])),

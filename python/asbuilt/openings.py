@@ -277,6 +277,8 @@ def _classify(
             return "door" if (min(ends) > 0.4 and (not to_ceiling or min(rim.left, rim.right) > 0.3)) else None
         return None
     if width >= WINDOW_SIZE[0] and height >= WINDOW_SIZE[1] and sill > 0.1:
+        if rim.density > _LEAF and to_ceiling:
+            return None  # the wall above what stands before it
         return "window" if rim.left + rim.right + rim.bottom + rim.top > 1.0 else None
     return None
 
