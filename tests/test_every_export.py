@@ -10,6 +10,7 @@ from typing import Any
 import laspy
 import numpy as np
 import pytest
+import shapely
 
 import asbuilt
 from asbuilt import Evidence, FloorPlan
@@ -23,6 +24,7 @@ from browser import opened, requested
 from plans import EAST, complete_plan, mapped
 from readback import CHECKS
 from readback.clouds import check_cloud
+from readback.drawings import openings_of
 from readback.ink import collisions
 
 #: The example, in survey coordinates, and cases that take seconds.
@@ -30,6 +32,7 @@ SMALL = ("example", "flat_e57", "fzk_haus", "niedriha")
 LARGE = ("flat", "small_house_e57", "real_room", "real_house", "skewed", "rotunda", "school")
 LABELLED = (".laz", ".e57")
 WHEN_ASKED = pytest.mark.skipif("ASBUILT_LARGE_CASES" not in os.environ, reason="minutes: `make bench-accuracy` has it")
+MM = 0.001
 UTM = (
     'PROJCS["ETRS89 / UTM zone 32N",GEOGCS["ETRS89",DATUM["European_Terrestrial_Reference_System_1989",'
     'SPHEROID["GRS 1980",6378137,298.257222101]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],'
@@ -92,6 +95,27 @@ def test_a_check_notices_that_the_plan_was_another(suffix: str, tmp_path: Path) 
     for other in others:
         with pytest.raises((AssertionError, ValueError)):
             CHECKS[suffix](other, written)
+
+
+def test_every_wall_stands_on_a_ring_that_does_not_cross_itself(case: Case) -> None:
+    rings = [shapely.Polygon(wall.outline) for storey in case.plan for wall in storey.walls]
+    assert all(ring.is_valid and ring.area > 0 and ring.exterior.is_ccw for ring in rings)
+
+
+def test_openings_lie_within_their_walls(case: Case) -> None:
+    for storey in case.plan:
+        walls = {wall.id: wall for wall in storey.walls}
+        bodies = {name: shapely.Polygon(wall.outline) for name, wall in walls.items()}
+        attached = [opening for opening in openings_of(storey) if opening.wall is not None]
+        assert len(attached) >= 0.8 * len(openings_of(storey))
+        for opening in attached:
+            wall, line = walls[opening.wall], shapely.LineString([opening.start, opening.end])
+            x, y = np.subtract(wall.end, wall.start) / wall.length
+            assert np.abs(np.subtract([opening.start, opening.end], wall.start) @ (-y, x)).max() < 1e-6
+            # at a corner it may begin in the wall that its own meets; jambs are known to millimetres
+            met = shapely.union_all([body for body in bodies.values() if body.distance(bodies[wall.id]) < MM])
+            assert line.difference(met.buffer(10 * MM)).length == 0
+            assert line.intersection(bodies[wall.id]).length > 0.8 * line.length
 
 
 @pytest.mark.parametrize("suffix", known_suffixes())

@@ -15,14 +15,12 @@ import ezdxf
 import numpy as np
 import pytest
 from PIL import Image
-from shapely import Polygon, box
 
 from asbuilt import FloorPlan, load_plan
 from asbuilt.errors import OutputError
 from asbuilt.export import check_output, export, known_suffixes
 from asbuilt.export.atomic import replacing
-from asbuilt.export.bodies import wall_body
-from asbuilt.plan import Wall, WallFace
+from asbuilt.plan import WallFace
 
 ALL = sorted(known_suffixes())
 
@@ -56,18 +54,6 @@ def test_dxf_has_each_storey_on_its_layer_in_metres_and_passes_the_audit(plan, t
         assert drawn == [((*face.start, 0.0), (*face.end, 0.0)) for face in storey.wall_faces]
     assert drawing.layers.get("A-WALL-S0").is_on()
     assert ("CRS", "EPSG:25832") in drawing.header.custom_vars.properties
-
-
-def test_a_wall_whose_outline_crosses_itself_stands_on_a_rectangle():
-    """One of 12 cm, and 10 cm thick, whose mitres at both ends meet beyond its middle."""
-    outline = ((3.698, 4.009), (3.698, 4.010), (3.798, 4.009), (3.799, 4.250))
-    wall = Wall((3.748, 4.129), (3.748, 4.009), None, 0.1, outline=outline)
-    assert not Polygon(outline).is_valid
-    assert wall_body(wall).equals_exact(box(3.698, 4.009, 3.798, 4.129).normalize(), 1e-9, normalize=True)
-    square = ((0.0, 0.0), (1.0, 0.0), (1.0, 0.1), (0.0, 0.1))
-    assert wall_body(Wall((0.0, 0.05), (1.0, 0.05), 0.1, 0.1, outline=square)).equals(Polygon(square))
-    assert wall_body(Wall((0.0, 0.0), (0.0, 0.0), None, 0.1)).is_empty
-    assert wall_body(Wall((0.0, 0.0), (1.0, 0.0))).is_empty
 
 
 def test_png_shows_the_faces_where_they_are(one_storey, tmp_path):

@@ -98,7 +98,7 @@ def odd_storey():
         None,
         (WallFace((0.0, 0.0), (4.0, 0.0), id="F"),),
         (
-            Wall((0.0, 0.0), (4.0, 0.0), None, 0.1, ("F", "absent"), id="W", height=1.2),
+            Wall((0.0, 0.0), (4.0, 0.0), None, 0.1, ("F", "absent"), box(0.0, -0.05, 4.0, 0.05), 1.2, id="W"),
             Wall((9.0, 9.0), (9.0, 9.0), None, 0.1),
             Wall((8.0, 9.0), (8.0, 9.0 + 1e-9), None, 0.1, outline=((7.9, 9.0), (8.1, 9.0), (8.1, 9.0 + 1e-9))),
             *arc(3.0, 12, math.tau),
@@ -263,7 +263,7 @@ def test_every_element_says_how_far_to_trust_it(model):
     assert about(named(model, "IfcWall", "S0-W1"))["ThicknessObserved"] is True
 
 
-def test_a_wall_without_an_outline_has_its_thickness_and_its_own_height(tmp_path):
+def test_a_low_wall_has_its_own_height(tmp_path):
     model = written(FloorPlan((odd_storey(),)), tmp_path)
     volume, low, high = solid(named(model, "IfcWall", "W"), whole=True)
     assert volume == pytest.approx(4.0 * 0.1 * 1.2)

@@ -180,7 +180,8 @@ def test_a_hall_goes_through_the_storey_above():
 
 
 def test_a_low_wall_ends_where_it_ends():
-    wall = Wall((2.0, 2.0), (4.0, 2.0), 0.1, 0.1, height=1.2, id="W1")
+    outline = ((2.0, 1.95), (4.0, 1.95), (4.0, 2.05), (2.0, 2.05))
+    wall = Wall((2.0, 2.0), (4.0, 2.0), 0.1, 0.1, outline=outline, height=1.2, id="W1")
     room = Room(((0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)), floor=0.0, ceiling=2.5)
     lookup = PlanLookup(FloorPlan((Storey(0, 0.0, 2.5, walls=(wall,), rooms=(room,)),)))
     labels = tell(lookup, [(3, 2.05, 1.1), (3, 2.05, 1.4)])

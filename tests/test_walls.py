@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+import shapely
 from numpy.typing import NDArray
 
 from asbuilt.plan import Door, Point, Wall, WallFace
@@ -125,11 +126,33 @@ def test_a_door_is_drawn_on_the_centreline_of_its_wall() -> None:
     assert attach([lost], ()) == (lost,)
 
 
-def test_a_door_in_a_wall_seen_from_one_side_stays_on_its_face() -> None:
+def test_an_opening_in_a_wall_seen_from_one_side_lies_in_the_wall_as_drawn() -> None:
     found = walls(faces([(0, 0), (5, 0)]))
-    [door] = attach([Door((2.0, 0.0), (2.9, 0.0), id="S0-D1")], found)
-    assert door.wall == "S0-W1"
-    assert (door.start, door.end) == ((2.0, 0.0), (2.9, 0.0))
+    for aside in (0.0, -0.17):  # on the face, or in the middle of what was guessed from behind
+        [door] = attach([Door((2.9, aside), (2.0, aside), id="S0-D1")], found)
+        assert door.wall == "S0-W1"
+        assert (*door.start, *door.end) == pytest.approx((2.9, -0.05, 2.0, -0.05))
+
+
+def test_a_wall_goes_on_over_the_door_in_the_corner_of_a_room() -> None:
+    sides = faces([(0, 4), (0, 0)], [(1.1, 0), (5, 0)], [(5, -0.2), (1.1, -0.2)])
+    door = Door((0.1, -0.1), (1.0, -0.1), id="S0-D1")
+    [wall] = along_x(walls(sides, door), -0.1)
+    assert sorted((wall.start[0], wall.end[0])) == pytest.approx([-0.05, 5])  # the other's centreline
+    assert has_corner(wall, (0, 0))
+    [attached] = attach([door], [wall])
+    assert attached.wall == wall.id
+    [short] = along_x(walls(sides), -0.1)
+    assert short.length == pytest.approx(3.9)
+    far = Door((-2.0, -0.1), (-1.1, -0.1), id="S0-D2")
+    assert along_x(walls(sides, far), -0.1) == [short]
+
+
+def test_an_opening_within_one_wall_does_not_stretch_the_next() -> None:
+    found = walls(
+        faces([(0, 0), (3, 0)], [(3, 0.1), (6, 0.1)], [(6, -0.2), (0, -0.2)]), Door((3.2, 0.0), (4.1, 0.0), id="D")
+    )
+    assert sorted(wall.length for wall in found) == pytest.approx([3, 3], abs=0.01)
 
 
 def test_a_room_has_four_walls_that_close_about_it() -> None:
@@ -149,6 +172,27 @@ def test_a_short_wall_meets_another_with_one_end_only(length: float, thickness: 
     step = [(0.0, 0.0), (0.0, length), (4.0, length)]
     for found in (walls(faces(pier, [(5, -0.2), (0, -0.2)])), walls(faces(step))):
         assert min(wall.length for wall in found) > 0.09
+
+
+def test_no_outline_crosses_itself_however_faces_stand_together() -> None:
+    for seed in range(300):
+        rng = np.random.default_rng(seed)
+        # walls shorter than thick, corners that coincide: to a decimetre as often as to a centimetre
+        ends = np.round(rng.uniform(0, 1, (int(rng.integers(2, 9)), 2, 2)), 1 + seed % 2).tolist()
+        found = walls([WallFace((*a,), (*b,), id=f"F{i}") for i, (a, b) in enumerate(ends) if a != b])
+        for ring in (shapely.Polygon(wall.outline) for wall in found):
+            assert ring.is_valid
+            assert ring.area > 0
+            assert ring.exterior.is_ccw
+
+
+def test_a_wall_whose_mitres_meet_within_it_is_a_triangle() -> None:
+    # a bevel of 12 cm on a corner that stands into the room, its walls drawn 20 cm thick
+    found = walls(faces([(3.0, 0.0), (0.085, 0.0), (0.0, 0.085), (0.0, 3.0)]), unseen=0.2)
+    bevel = next(wall for wall in found if wall.faces == ("S0-F2",))
+    assert len(bevel.outline) == 3
+    for corner in ((0.085, 0.0), (0.0, 0.085)):
+        assert has_corner(bevel, corner)
 
 
 def test_chords_of_a_round_wall_stay_single() -> None:

@@ -122,7 +122,7 @@ class Wall(_Line):
 
 @dataclass(frozen=True)
 class Opening(_Line):
-    """A hole in a wall, from jamb to jamb along the wall's centreline, or along the face that was seen.
+    """A hole in a wall, from jamb to jamb along the wall's centreline; without a wall, along the face that was seen.
 
     Attributes
     ----------

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from asbuilt.directed import Directed
 from asbuilt.grid import FloatArray
 from asbuilt.neighbours import near_each
 from asbuilt.plan import Opening, Wall, WallFace
@@ -34,7 +35,11 @@ _OPENING = 2.8
 _MIN_OVERLAP = 0.1
 """Faces that look away from each other over less are not of one wall, m."""
 _REACH = 0.5
-"""A wall meets another one that is this near to its end, m."""
+"""A wall meets another one, or an opening that it goes on over, that is this near to its end, m."""
+_BESIDE = 0.15
+"""An opening in a wall lies no further from its body, m."""
+_SHORTEST_SIDE = 1e-6
+"""A side of a wall that is shorter is none, m."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,7 @@ def find_walls(
     segments = segments - np.tile(origin, 2)
     holes = np.array([[*o.start, *o.end] for o in openings]).reshape(-1, 4) - np.tile(origin, 2)
     pieces = _join(_pieces(segments, [face.curve for face in faces]), holes)
+    pieces = _over_openings(pieces, holes, unseen_thickness)
     bodies = [_body(piece, unseen_thickness) for piece in pieces]
     outlines, centrelines = _close_junctions(bodies)
     walls = []
@@ -113,7 +119,7 @@ def find_walls(
 
 
 def attach(openings: Sequence[AnyOpening], walls: Sequence[Wall]) -> tuple[AnyOpening, ...]:
-    """Openings with the wall that each is in; where both its faces were seen, on the wall's centreline."""
+    """Openings with the wall that each is in, on its centreline and as wide as they were; those without stay."""
     thickest = max((wall.drawn_thickness for wall in walls), default=0.0)
     centrelines = np.array([[*wall.start, *wall.end] for wall in walls]).reshape(-1, 4)
     ends = np.array([[*opening.start, *opening.end] for opening in openings]).reshape(-1, 4)
@@ -128,20 +134,23 @@ def _attached(opening: AnyOpening, walls: Sequence[Wall]) -> AnyOpening:
         along, length = _direction(wall)
         if length < opening.length / 2:
             continue  # a stub, or a wall whose junctions leave nothing of its centreline: it has no direction
-        place = (ends - wall.start) @ along
-        aside = (ends - wall.start) @ np.array([-along[1], along[0]])
-        apart = abs(float(aside.mean()))
-        turned = np.ptp(aside) > 0.1 * max(opening.length, 0.1)
-        beyond = max(-float(place.min()), float(place.max()) - length, 0.0)
-        if not turned and beyond < 0.3 and apart < wall.drawn_thickness / 2 + 0.15 and apart + beyond < best_distance:
+        low, high, apart = _beside(ends, np.array(wall.start), along)
+        beyond = max(-low, high - length, 0.0)
+        if beyond < 0.3 and apart < wall.drawn_thickness / 2 + _BESIDE and apart + beyond < best_distance:
             best, best_distance = wall, apart + beyond
     if best is None:
         return opening
-    if best.thickness is None:
-        return replace(opening, wall=best.id)
     along, _ = _direction(best)
-    start, end = (_point(np.array(best.start) + ((point - best.start) @ along) * along) for point in ends)
-    return replace(opening, start=start, end=end, wall=best.id)
+    middle = np.array(best.start) + ((ends.mean(axis=0) - best.start) @ along) * along
+    half = np.copysign(opening.length / 2, (ends[1] - ends[0]) @ along) * along
+    return replace(opening, start=_point(middle - half), end=_point(middle + half), wall=best.id)
+
+
+def _beside(ends: FloatArray, start: FloatArray, along: FloatArray) -> tuple[float, float, float]:
+    """From where to where an opening (2, 2) reaches along a line, and how far off it lies, m; infinite where askew."""
+    place, aside = (ends - start) @ along, (ends - start) @ np.array([-along[1], along[0]])
+    askew = np.ptp(aside) > 0.1 * max(float(np.hypot(*(ends[1] - ends[0]))), 0.1)
+    return float(place.min()), float(place.max()), np.inf if askew else abs(float(aside.mean()))
 
 
 def _direction(wall: Wall) -> tuple[FloatArray, float]:
@@ -283,23 +292,12 @@ def _bridged(one: _Piece, other: _Piece, holes: FloatArray) -> bool:
 
 
 @dataclass(frozen=True)
-class _Body:
+class _Body(Directed):
     """A wall as a rectangle: its axis from start to end, (2,) each, and its thickness, m."""
 
     start: FloatArray
     end: FloatArray
     thickness: float
-
-    @property
-    def along(self) -> FloatArray:
-        way = self.end - self.start
-        along: FloatArray = way / max(float(np.hypot(*way)), 1e-9)
-        return along
-
-    @property
-    def normal(self) -> FloatArray:
-        along = self.along
-        return np.array([-along[1], along[0]])
 
 
 def _body(piece: _Piece, unseen_thickness: float) -> _Body:
@@ -307,6 +305,28 @@ def _body(piece: _Piece, unseen_thickness: float) -> _Body:
     right = piece.right if np.isfinite(piece.right) else piece.left - unseen_thickness
     across = (left + right) / 2 * piece.normal
     return _Body(piece.low * piece.along + across, piece.high * piece.along + across, left - right)
+
+
+def _over_openings(pieces: list[_Piece], holes: FloatArray, unseen_thickness: float) -> list[_Piece]:
+    """Walls go on over openings at their ends, where no other wall has them: a door in the corner of a room."""
+    pieces = list(pieces)
+    bodies = [_body(piece, unseen_thickness) for piece in pieces]
+    axes = np.array([[*body.start, *body.end] for body in bodies])
+    near = near_each(holes, axes, max(body.thickness for body in bodies) + _REACH)
+    for hole, about in zip(holes.reshape(-1, 2, 2), near, strict=True):
+        reached = []
+        for i in about:
+            low, high, apart = _beside(hole, bodies[i].start, bodies[i].along)
+            low, high = min(low, 0.0), max(high - bodies[i].length, 0.0)  # how far it reaches beyond either end
+            if pieces[i].curve is None and apart < bodies[i].thickness / 2 + _BESIDE:
+                reached.append((max(high, -low), low, high, i))
+        if not reached:
+            continue
+        beyond, low, high, i = min(reached)
+        if 0 < beyond < _REACH + float(np.hypot(*(hole[1] - hole[0]))):
+            pieces[i] = replace(pieces[i], low=pieces[i].low + low, high=pieces[i].high + high)
+            bodies[i] = _body(pieces[i], unseen_thickness)
+    return pieces
 
 
 def _close_junctions(bodies: list[_Body]) -> tuple[list[list[FloatArray]], list[tuple[FloatArray, FloatArray]]]:
@@ -335,7 +355,7 @@ def _close_junctions(bodies: list[_Body]) -> tuple[list[list[FloatArray]], list[
             else:
                 axis.append(tip)
             corners.append(sides)
-        outlines.append([corners[0][1], corners[1][1], corners[1][0], corners[0][0]])
+        outlines.append(_ring(body, *corners))
         centrelines.append((axis[0], axis[1]))
     return outlines, centrelines
 
@@ -382,6 +402,25 @@ def _mitred(
         reach = float((start + side * half * normal - corner) @ normal) / float(outward @ normal)
         ends.append(corner + reach * outward)
     return ends
+
+
+def _ring(body: _Body, at_start: list[FloatArray], at_end: list[FloatArray]) -> list[FloatArray]:
+    """Outline of a wall between the corners (left, right) of its ends, anticlockwise; it never crosses itself.
+
+    The ends of a wall that is shorter than thick may cross: on one side of it, and its body is a triangle, or on both,
+    and nothing is left between the walls that it meets. Then it keeps its own rectangle.
+    """
+    left, right = (float((end - start) @ body.along) for start, end in zip(at_start, at_end, strict=True))
+    if min(left, right) > _SHORTEST_SIDE:
+        return [at_start[1], at_end[1], at_end[0], at_start[0]]
+    if max(left, right) <= _SHORTEST_SIDE:
+        across = body.thickness / 2 * body.normal
+        return [body.start - across, body.end - across, body.end + across, body.start + across]
+    kept, lost = (1, 0) if right > left else (0, 1)
+    share = max(left, right) / (max(left, right) - min(left, right))
+    tip = at_start[kept] + min(share, 1.0) * (at_start[lost] - at_start[kept])
+    ring = [at_start[kept], at_end[kept], tip]
+    return ring if kept else ring[::-1]
 
 
 def _support(faces: Sequence[WallFace], piece: _Piece) -> dict[str, Any]:

@@ -100,8 +100,7 @@ def _check_storey(storey: Storey, found: _Entities) -> None:
         axis, corners = found.axis(walls[wall.id]), found.corners(walls[wall.id])
         np.testing.assert_allclose(axis, [wall.start, wall.end], atol=MM)
         assert (ifcopenshell.util.element.get_material(walls[wall.id]) is not None) == (wall.thickness is not None)
-        if shapely.Polygon(wall.outline).is_valid:  # of one that crosses itself a rectangle stands there
-            _same_box(corners, np.array(wall.outline))
+        _same_box(corners, np.array(wall.outline))
         top = storey.ceiling if wall.height is None else storey.floor + wall.height
         np.testing.assert_allclose([corners[:, 2].min(), corners[:, 2].max()], [storey.floor, top], atol=MM)
     for curve in {wall.curve for wall in storey.walls} - {None}:

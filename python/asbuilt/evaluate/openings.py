@@ -11,8 +11,8 @@ import numpy as np
 from asbuilt.evaluate.drawing import TOLERANCE, Opening
 from asbuilt.evaluate.measures import f_measure, median, ratio
 
-#: Centres may differ by this much along the true line, and by this much across it, m. A window in a wall seen from
-#: one side alone can only be drawn on the face that was seen.
+#: Centres may differ by this much along the true line, and by this much across it, m. Of a wall seen from
+#: one side alone nobody knows where its middle is.
 MAX_ALONG, MAX_ACROSS = 0.20, 0.35
 #: Widths may differ by this much, m.
 MAX_WIDTH_DIFFERENCE = 0.10

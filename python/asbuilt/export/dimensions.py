@@ -21,7 +21,6 @@ from shapely.affinity import rotate
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
-from asbuilt.export.bodies import wall_body
 from asbuilt.export.marks import DIMENSION_TEXT, Dimension, Text, text_width
 from asbuilt.export.symbols import polygons, swept
 from asbuilt.plan import Point, Storey, Wall, WallFace
@@ -102,7 +101,7 @@ def _ground(storey: Storey) -> BaseGeometry:
     """What the building stands on, without courtyards: wall bodies, rooms and outline, small gaps closed."""
     rings = [*(room.ring for room in storey.rooms), storey.outline or ()]
     areas = [shapely.make_valid(Polygon(ring)) for ring in rings if len(ring) > 2]
-    parts = shapely.union_all([*areas, *(wall_body(wall) for wall in storey.walls)])
+    parts = shapely.union_all([*areas, *(Polygon(wall.outline) for wall in storey.walls)])
     closed = parts.buffer(_GAP, join_style="mitre").buffer(-_GAP, join_style="mitre")
     return shapely.union_all([Polygon(part.exterior) for part in polygons(closed)])
 

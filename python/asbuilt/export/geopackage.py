@@ -21,7 +21,6 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt.errors import MissingExtraError, OutputError
-from asbuilt.export.bodies import wall_body
 from asbuilt.plan import (
     Column,
     Door,
@@ -116,8 +115,8 @@ _LAYERS = (
         "wall_bodies",
         "Polygon",
         Wall,
-        lambda storey: [wall for wall in storey.walls if not wall_body(wall).is_empty],
-        wall_body,
+        lambda storey: [wall for wall in storey.walls if wall.outline],
+        lambda wall: shapely.Polygon(wall.outline),
     ),
     _Layer("walls", "LineString", Wall, lambda storey: storey.walls, _line),
     _Layer("wall_faces", "LineString", WallFace, lambda storey: storey.wall_faces, _line),

@@ -9,7 +9,6 @@ from typing import Any
 
 import shapely
 
-from asbuilt.export.bodies import wall_body
 from asbuilt.export.ifc_file import Frame, Placed, Property
 from asbuilt.export.ifc_level import Level, area_in
 from asbuilt.plan import Wall
@@ -141,5 +140,5 @@ def _height(level: Level, wall: Wall) -> float:
 
 def _body(pieces: tuple[Wall, ...], frame: Frame) -> Any:
     """What the pieces stand on, as a polygon in `frame`; several where they do not touch."""
-    areas = [area_in(frame, wall_body(piece).exterior.coords[:-1]) for piece in pieces]
+    areas = [area_in(frame, piece.outline) for piece in pieces]
     return areas[0] if len(areas) == 1 else shapely.union_all(areas, grid_size=1e-6)

@@ -14,7 +14,6 @@ from shapely.affinity import translate
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
-from asbuilt.export.bodies import wall_body
 from asbuilt.export.marks import Tag, TagLine, tag_height, text_width
 from asbuilt.export.symbols import polygons, swept
 from asbuilt.plan import Room, Storey
@@ -33,7 +32,7 @@ def room_tags(storey: Storey, metre: float) -> Iterator[Tag]:
         [Polygon(column.ring) for column in storey.columns]
         + [Polygon(stair.ring) for stair in storey.stairs]
         + list(swept(storey))
-        + [wall_body(wall) for wall in storey.walls]
+        + [Polygon(wall.outline) for wall in storey.walls]
     )
     for room in storey.rooms:
         shape = _areas(shapely.set_precision(shapely.make_valid(Polygon(room.ring, room.holes)), _GRID))

@@ -17,7 +17,6 @@ from shapely import LineString, MultiLineString, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from asbuilt.export import marks
-from asbuilt.export.bodies import wall_body
 from asbuilt.export.marks import Arc, Fill, Layer, Mark, Ring, Stroke, Text
 from asbuilt.plan import Column, Door, Opening, Point, Stair, Storey, Wall, WallFace, Window
 
@@ -35,13 +34,12 @@ _RISER = 0.175
 
 @dataclass(frozen=True)
 class _Hole:
-    """Where an opening lies in its wall: a box along the opening, from `low` to `high` on its left, m."""
+    """Where an opening lies in its wall: a box along the opening, `half` (m) to each side; 0 without a wall."""
 
     start: Point
     along: Point
     width: float
-    low: float
-    high: float
+    half: float
 
     def at(self, along: float, left: float) -> Point:
         """The point so far along the opening and to its left."""
@@ -51,8 +49,9 @@ class _Hole:
     @property
     def box(self) -> Polygon:
         """The box, a little thicker than the wall, so that nothing is left at its sides."""
-        sides = ((0.0, self.low - 1e-3), (self.width, self.low - 1e-3), (self.width, self.high + 1e-3))
-        return Polygon([self.at(*corner) for corner in (*sides, (0.0, self.high + 1e-3))])
+        half = self.half + 1e-3
+        corners = ((0.0, -half), (self.width, -half), (self.width, half), (0.0, half))
+        return Polygon([self.at(*corner) for corner in corners])
 
 
 def storey_marks(storey: Storey) -> Iterator[Mark]:
@@ -75,7 +74,7 @@ def storey_marks(storey: Storey) -> Iterator[Mark]:
     for column in storey.columns:
         yield from _column(column)
     for opening, hole in zip(openings, holes, strict=True):
-        if hole.high > hole.low:
+        if hole.half > 0:
             yield Fill((tuple(hole.box.exterior.coords)[:-1],), layer=marks.BLANK)
         if isinstance(opening, Door):
             yield from _door(opening, hole)
@@ -89,22 +88,14 @@ def _hole(opening: Opening, wall: Wall | None) -> _Hole:
     (x1, y1), (x2, y2) = opening.start, opening.end
     width = math.hypot(x2 - x1, y2 - y1) or 1.0
     along = ((x2 - x1) / width, (y2 - y1) / width)
-    if wall is None or wall.length == 0:
-        return _Hole(opening.start, along, opening.length, 0.0, 0.0)
-    # from the opening's line to the wall's centreline, beside the middle of the opening
-    nx, ny = -(wall.end[1] - wall.start[1]) / wall.length, (wall.end[0] - wall.start[0]) / wall.length
-    middle = ((x1 + x2) / 2, (y1 + y2) / 2)
-    aside = (wall.start[0] - middle[0]) * nx + (wall.start[1] - middle[1]) * ny
-    aside *= 1 if nx * -along[1] + ny * along[0] > 0 else -1
-    half = wall.drawn_thickness / 2
-    return _Hole(opening.start, along, opening.length, aside - half, aside + half)
+    return _Hole(opening.start, along, opening.length, 0.0 if wall is None else wall.drawn_thickness / 2)
 
 
 def _bodies(walls: tuple[Wall, ...], faces: Iterable[WallFace], holes: list[Polygon]) -> Iterator[Mark]:
     """What is filled, darker where the thickness was measured, and the sides of it that nobody saw."""
     if not walls:
         return
-    bodies = [(wall, wall_body(wall)) for wall in walls]
+    bodies = [(wall, Polygon(wall.outline)) for wall in walls]
     cut = shapely.union_all(holes)
     measured = shapely.union_all([body for wall, body in bodies if wall.thickness is not None])
     unseen = shapely.union_all([body for wall, body in bodies if wall.thickness is None]).difference(measured)
@@ -122,15 +113,14 @@ def _bodies(walls: tuple[Wall, ...], faces: Iterable[WallFace], holes: list[Poly
 def _door(door: Door, hole: _Hole) -> Iterator[Mark]:
     """Jambs; a leaf at right angles with its swing, a leaf in the opening, the head alone, or a question mark."""
     yield from _across(hole, (0.0, hole.width), marks.DOOR, door.id)
-    middle = (hole.low + hole.high) / 2
     leaf_seen = door.hinge is not None and door.swing is not None
     if door.state in ("cased", "unknown") or (door.state == "open" and not leaf_seen):
-        yield from _along(hole, sorted({hole.low, hole.high}), marks.DOOR_HEAD, door.id)
+        yield from _along(hole, sorted({-hole.half, hole.half}), marks.DOOR_HEAD, door.id)
     if door.state == "unknown":
         yield _question(hole, marks.DOOR, door.id)
     if door.state == "shut":
         corners = ((0.0, -_LEAF / 2), (hole.width, -_LEAF / 2), (hole.width, _LEAF / 2), (0.0, _LEAF / 2))
-        leaf = tuple(hole.at(u, middle + v) for u, v in corners)
+        leaf = tuple(hole.at(u, v) for u, v in corners)
         yield Stroke(leaf, True, layer=marks.DOOR, id=door.id)
     if leaf_seen and door.state in ("open", "shut"):
         yield from _swing(door, hole)
@@ -140,7 +130,7 @@ def _swing(door: Door, hole: _Hole) -> Iterator[Mark]:
     """The leaf's edge as a quarter circle about the hinge; the leaf itself where it stands open."""
     side = 1.0 if door.swing == "left" else -1.0
     hinge, towards = (0.0, 1.0) if door.hinge == "start" else (hole.width, -1.0)
-    base = hole.high if side > 0 else hole.low
+    base = side * hole.half
     at = hole.at(hinge, base)
     shut = math.atan2(*reversed([b - a for a, b in zip(at, hole.at(hinge + towards, base), strict=True)]))
     quarter = side * towards * math.pi / 2
@@ -164,13 +154,12 @@ def swept(storey: Storey) -> Iterator[Polygon]:
 def _window(window: Window, hole: _Hole) -> Iterator[Mark]:
     """Reveals, the sill's edges, and the glass: two lines where the wall has room for them at 1:100, else one."""
     yield from _across(hole, (0.0, hole.width), marks.GLAZING, window.id)
-    middle = (hole.low + hole.high) / 2
-    glass = {middle - _GLASS, middle + _GLASS} if hole.high - hole.low > 8 * _GLASS else {middle}
-    yield from _along(hole, sorted({hole.low, hole.high} | glass), marks.GLAZING, window.id)
+    glass = {-_GLASS, _GLASS} if hole.half > 4 * _GLASS else {0.0}
+    yield from _along(hole, sorted({-hole.half, hole.half} | glass), marks.GLAZING, window.id)
 
 
 def _unknown_opening(opening: Opening, hole: _Hole) -> Iterator[Mark]:
-    yield from _along(hole, sorted({hole.low, hole.high}), marks.UNKNOWN_OPENING, opening.id)
+    yield from _along(hole, sorted({-hole.half, hole.half}), marks.UNKNOWN_OPENING, opening.id)
     yield from _across(hole, (0.0, hole.width), marks.UNKNOWN_OPENING, opening.id)
     yield _question(hole, marks.UNKNOWN_OPENING, opening.id)
 
@@ -216,9 +205,9 @@ def _step(path: LineString, distance: float, half: float) -> LineString:
 
 
 def _across(hole: _Hole, places: Iterable[float], layer: Layer, name: str) -> Iterator[Stroke]:
-    if hole.high > hole.low:
+    if hole.half > 0:
         for along in places:
-            yield Stroke((hole.at(along, hole.low), hole.at(along, hole.high)), layer=layer, id=name)
+            yield Stroke((hole.at(along, -hole.half), hole.at(along, hole.half)), layer=layer, id=name)
 
 
 def _along(hole: _Hole, places: Iterable[float], layer: Layer, name: str) -> Iterator[Stroke]:
@@ -228,7 +217,7 @@ def _along(hole: _Hole, places: Iterable[float], layer: Layer, name: str) -> Ite
 
 def _question(hole: _Hole, layer: Layer, name: str) -> Text:
     """A question mark beside the opening."""
-    x, y = hole.at(hole.width / 2, hole.high + 0.15)
+    x, y = hole.at(hole.width / 2, hole.half + 0.15)
     return Text((x, y - 0.1), "?", 2.0, "centre", layer=layer, id=name)
 
 

@@ -14,7 +14,6 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt.errors import ParameterError
-from asbuilt.export.bodies import wall_body
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.label.classes import PointClass
 from asbuilt.label.heights import Layer, Levels, element_layers, room_layers
@@ -215,12 +214,11 @@ def _body(wall: Wall | WallFace) -> shapely.Geometry:
     centreline = shapely.LineString([wall.start, wall.end])
     if isinstance(wall, WallFace):
         return centreline
-    body = wall_body(wall)
-    return centreline if body.is_empty else body
+    return shapely.Polygon(wall.outline) if wall.outline else centreline
 
 
 def _passage(opening: Opening, wall: Wall | None) -> shapely.Geometry:
-    """From jamb to jamb and through the wall: its line may run along the centreline or along a face."""
+    """From jamb to jamb and through the wall, which may be curved."""
     line = shapely.LineString([opening.start, opening.end])
     across = _UNKNOWN_THICKNESS / 2
     if wall is not None:

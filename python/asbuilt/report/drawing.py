@@ -13,7 +13,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from asbuilt.export.bodies import wall_body
 from asbuilt.export.dimensions import dimension_line, dimension_number, dimensions
 from asbuilt.export.labels import room_tags
 from asbuilt.export.marks import CAP_HEIGHT, Arc, Dimension, Fill, Mark, Stroke, Tag, Text
@@ -202,8 +201,8 @@ def _shape(element: Element) -> tuple[Sequence[Point], bool]:
         return (element.start, element.end), False
     if isinstance(element, Room | Column | Stair):
         return element.ring, True
-    if isinstance(element, Wall) and not wall_body(element).is_empty:
-        return wall_body(element).exterior.coords[:-1], True
+    if isinstance(element, Wall) and element.outline:
+        return element.outline, True
     if isinstance(element, Wall | Opening):
         return _around(element.start, element.end, element.length), True
     raise TypeError(f"{type(element).__name__} has no shape")
