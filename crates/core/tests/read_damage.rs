@@ -11,6 +11,10 @@ use std::time::Instant;
 
 use asbuilt_core::Error;
 use asbuilt_core::read::{formats, open, open_coarse};
+use proptest::collection::vec;
+use proptest::prelude::{Strategy, any, prop_oneof};
+use proptest::sample::{Index, select};
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use read_support::{Numbers, data, fixtures, read, rounds, scratch, write};
 
 /// Remembers how much was allocated at most.
@@ -97,32 +101,6 @@ fn truncated_files_are_refused_or_give_what_is_left() {
 }
 
 #[test]
-fn flipped_bytes_do_no_harm() {
-    let _alone = alone();
-    let mut numbers = Numbers(0x5eed);
-    for fixture in small_fixtures() {
-        let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
-        let path = scratch(&format!("flipped_{}", fixture.name));
-        for _ in 0..rounds(10) {
-            let mut damaged = bytes.clone();
-            // Most flips in the first bytes, where headers are.
-            for _ in 0..=numbers.below(4) {
-                let end = if numbers.below(3) > 0 { damaged.len().min(600) } else { damaged.len() };
-                let place = numbers.below(end);
-                damaged[place] = match numbers.below(3) {
-                    0 => 0xff,
-                    1 => damaged[place] ^ (1 << numbers.below(8)),
-                    _ => numbers.next() as u8,
-                };
-            }
-            std::fs::write(&path, &damaged).unwrap();
-            let _ = survives(&path);
-        }
-        std::fs::remove_file(path).unwrap();
-    }
-}
-
-#[test]
 fn damaged_hierarchies_do_no_harm() {
     let _alone = alone();
     let mut numbers = Numbers(0xc0bc);
@@ -179,29 +157,150 @@ fn with_xml(bytes: &[u8], edit: impl Fn(&str) -> String) -> Vec<u8> {
     with_checksums(content.chunks_exact(1020).flat_map(|page| page.iter().copied().chain([0; 4])).collect())
 }
 
-#[test]
-fn damaged_e57_with_right_checksums_does_no_harm() {
-    let _alone = alone();
-    let mut numbers = Numbers(0xe57);
-    for fixture in fixtures().into_iter().filter(|fixture| fixture.name.ends_with(".e57")) {
-        let bytes = std::fs::read(data().join(&fixture.name)).unwrap();
-        let path = scratch(&format!("checked_{}", fixture.name));
-        for _ in 0..4 * rounds(10) {
-            let mut damaged = bytes.clone();
-            for _ in 0..=numbers.below(4) {
-                let start = if numbers.below(2) == 0 { 48 } else { 0 };
-                let place = start + numbers.below(damaged.len() - start);
-                damaged[place] = match numbers.below(3) {
-                    0 => b'9',
-                    1 => damaged[place] ^ (1 << numbers.below(8)),
-                    _ => numbers.next() as u8,
-                };
-            }
-            std::fs::write(&path, with_checksums(damaged)).unwrap();
-            let _ = survives(&path);
+/// A place in a file: near its head, near its end, where E57 and LAZ keep tables, or anywhere.
+#[derive(Debug, Clone)]
+enum Place {
+    Head(usize),
+    End(usize),
+    Anywhere(Index),
+}
+
+impl Place {
+    fn of(&self, bytes: &[u8]) -> usize {
+        let last = bytes.len().saturating_sub(1);
+        match self {
+            Place::Head(from_start) => last.min(*from_start),
+            Place::End(from_end) => last.saturating_sub(*from_end),
+            Place::Anywhere(index) => index.index(last + 1),
         }
-        std::fs::remove_file(path).unwrap();
     }
+}
+
+/// What happens to a file.
+#[derive(Debug, Clone)]
+enum Damage {
+    /// These bytes stand there in place of others: noise, absurd numbers, words of a format.
+    Overwrite(Place, Vec<u8>),
+    /// These bytes come in.
+    Insert(Place, Vec<u8>),
+    /// So many bytes are missing.
+    Remove(Place, usize),
+    /// The rest is missing.
+    Cut(Place),
+    /// So many bytes stand there several times.
+    Repeat(Place, usize, usize),
+    /// So many bytes of another file, from a place in it, come in.
+    Splice(Place, Index, Place, usize),
+}
+
+impl Damage {
+    fn apply(&self, bytes: &mut Vec<u8>, others: &[Vec<u8>]) {
+        match self {
+            Damage::Overwrite(place, with) => {
+                let at = place.of(bytes);
+                let end = bytes.len().min(at + with.len());
+                bytes[at..end].copy_from_slice(&with[..end - at]);
+            }
+            Damage::Insert(place, new) => {
+                let at = place.of(bytes);
+                bytes.splice(at..at, new.iter().copied());
+            }
+            Damage::Remove(place, count) => {
+                let at = place.of(bytes);
+                bytes.drain(at..bytes.len().min(at + count));
+            }
+            Damage::Cut(place) => bytes.truncate(place.of(bytes)),
+            Damage::Repeat(place, count, times) => {
+                let at = place.of(bytes);
+                let copies = bytes[at..bytes.len().min(at + count)].repeat(*times);
+                bytes.splice(at..at, copies);
+            }
+            Damage::Splice(place, other, from, count) => {
+                let (at, other) = (place.of(bytes), other.get(others));
+                let from = from.of(other);
+                bytes.splice(at..at, other[from..other.len().min(from + count)].iter().copied());
+            }
+        }
+        if bytes.is_empty() {
+            bytes.push(0);
+        }
+    }
+}
+
+fn any_place() -> impl Strategy<Value = Place> {
+    prop_oneof![
+        3 => (0..600_usize).prop_map(Place::Head),
+        1 => (0..1200_usize).prop_map(Place::End),
+        2 => any::<Index>().prop_map(Place::Anywhere),
+    ]
+}
+
+fn any_bytes() -> impl Strategy<Value = Vec<u8>> {
+    const ABSURD: [u64; 8] =
+        [0, 1, 1 << 31, 1 << 60, i64::MAX as u64, u64::MAX, f64::NAN.to_bits(), f64::MAX.to_bits()];
+    const WORDS: [&str; 13] =
+        ["1152921504606846976", "-1", "0", "1e999", "nan", " ", "\n", "\"", "<a>", "]]>", "&a;", "list", "x"];
+    prop_oneof![
+        2 => any::<u8>().prop_map(|byte| vec![byte]),
+        1 => vec(any::<u8>(), 1..16),
+        1 => (select(&ABSURD[..]), select(&[1_usize, 2, 4, 8][..])).prop_map(|(n, size)| n.to_le_bytes()[..size].into()),
+        1 => select(&WORDS[..]).prop_map(|word| word.into()),
+    ]
+}
+
+fn any_damage() -> impl Strategy<Value = Damage> {
+    let (place, bytes) = (any_place, any_bytes);
+    prop_oneof![
+        4 => (place(), bytes()).prop_map(|(place, with)| Damage::Overwrite(place, with)),
+        1 => (place(), bytes()).prop_map(|(place, new)| Damage::Insert(place, new)),
+        1 => (place(), 1..2000_usize).prop_map(|(place, count)| Damage::Remove(place, count)),
+        1 => place().prop_map(Damage::Cut),
+        1 => (place(), 1..200_usize, 1..200_usize).prop_map(|(place, count, times)| Damage::Repeat(place, count, times)),
+        1 => (place(), any::<Index>(), place(), 1..2000_usize)
+            .prop_map(|(place, other, from, count)| Damage::Splice(place, other, from, count)),
+    ]
+}
+
+/// Try so many inputs, the same every time; one that fails is made as small as it can be.
+fn try_all<S: Strategy>(cases: usize, strategy: &S, test: impl Fn(S::Value)) {
+    let config =
+        Config { cases: cases as u32, failure_persistence: None, max_shrink_time: 30_000, ..Config::default() };
+    let random = TestRng::deterministic_rng(RngAlgorithm::ChaCha);
+    let outcome = TestRunner::new_with_rng(config, random).run(strategy, |value| {
+        test(value);
+        Ok(())
+    });
+    outcome.unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+#[test]
+fn damaged_files_do_no_harm() {
+    let _alone = alone();
+    let names: Vec<_> = small_fixtures().map(|fixture| fixture.name).collect();
+    let files: Vec<_> = names.iter().map(|name| std::fs::read(data().join(name)).unwrap()).collect();
+    let input = (0..names.len(), vec(any_damage(), 1..5), any::<bool>());
+    try_all(rounds(20) * names.len(), &input, |(number, damages, resealed)| {
+        let mut bytes = files[number].clone();
+        damages.iter().for_each(|damage| damage.apply(&mut bytes, &files));
+        if resealed && names[number].ends_with(".e57") {
+            bytes = with_checksums(bytes);
+        }
+        let _ = survives(&write(&format!("damaged_{}", names[number]), &bytes));
+    });
+}
+
+#[test]
+fn any_bytes_under_any_suffix_do_no_harm() {
+    let _alone = alone();
+    let suffixes: Vec<_> = formats().iter().flat_map(|(_, suffixes)| suffixes.iter().copied()).collect();
+    let line = "([-+]?[0-9]{1,20}([.,][0-9]{0,20})?([eE][-+]?[0-9]{1,4})?[ ,;\t]?|[a-zA-Z#\"]{1,8} ?){0,12}\r?\n";
+    let lines = (vec(line, 0..40), select(&["", "ply\n", "VERSION 0.7\n", "# .PCD v0.7\n", "LASF", "ASTM-E57"][..]))
+        .prop_map(|(lines, head)| [head.as_bytes(), lines.concat().as_bytes()].concat());
+    let content = prop_oneof![3 => lines, 1 => vec(any::<u8>(), 1..2000)];
+    try_all(rounds(20) * suffixes.len(), &(select(suffixes), content), |(suffix, bytes)| {
+        let bytes = if bytes.is_empty() { vec![b'\n'] } else { bytes };
+        let _ = survives(&write(&format!("any.{suffix}"), &bytes));
+    });
 }
 
 /// The message of the error that reading a file must end in.
