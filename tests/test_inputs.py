@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
 
@@ -109,13 +110,50 @@ def test_texts_and_schedules_beside_scans_are_passed_over_and_named(run, tmp_pat
     code, _, err = run("plan", folder, "-o", tmp_path / "plan.geojson")
     lines = err.splitlines()
     assert (code, len(lines)) == (0, len(left_out))
-    assert all(line.startswith("asbuilt: note: no points, passed over: ") for line in lines)
+    assert all(line.startswith("asbuilt: note: passed over: ") for line in lines)
     # by its own name a text is an input, and so are files that cannot be anything else
     with pytest.raises(InputError, match=r"notes\.txt"):
         asbuilt.read(folder, folder / "notes.txt")
     (folder / "broken.xyz").write_text("no point\n")
     with pytest.raises(InputError, match=r"broken\.xyz"):
         asbuilt.read(folder)
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz", ".e57"])
+def test_labelled_points_among_the_scans_are_not_read_once_more(suffix, run, tmp_path):
+    folder = tmp_path / "scans"
+    folder.mkdir()
+    write_las(folder / "room.las", ROOM)
+    plan = tmp_path / "plan.geojson"
+    assert run("plan", folder, "-o", plan)[0] == 0
+    labelled = folder / f"classes{suffix}"
+    assert run("label", folder, "--plan", plan, "-o", labelled)[0] == 0
+    first = labelled.read_bytes()
+    for _ in range(2):
+        code, out, err = run("label", folder, "--plan", plan, "-o", labelled)
+        assert (code, err.count("\n")) == (0, 1)
+        assert f"passed over: {labelled}: points that asbuilt label wrote" in err
+        assert f"{len(ROOM):,} points" in out
+        assert labelled.read_bytes() == first
+    assert len(asbuilt.read(labelled).files) == 1
+    (folder / "room.las").unlink()
+    assert one_line(run("info", folder), "no input holds points", labelled, "name the file itself")
+
+
+def test_a_plan_in_metres_does_not_carry_the_crs_of_points_in_feet(run, tmp_path):
+    feet = 'PROJCS["NAD83 / Long Island (ftUS)",GEOGCS["NAD83"],UNIT["US survey foot",0.304800609601219]]'
+    for name, part in (("a", ROOM[::2]), ("b", ROOM[1::2])):
+        las = laspy.read(write_las(tmp_path / f"{name}.las", part / 0.3048006096))
+        las.header.vlrs.append(laspy.vlrs.known.WktCoordinateSystemVlr(feet))
+        las.header.global_encoding.wkt = True
+        las.write(tmp_path / f"{name}.las")
+    plan = tmp_path / "plan.geojson"
+    for said, kept in (((), None), (("--crs", "EPSG:32118"), "EPSG:32118")):
+        code, _, err = run("plan", tmp_path / "*.las", "-o", plan, "--unit", "us-ft", *said)
+        assert (code, err.count("\n")) == (0, 1)
+        assert "crs: NAD83 / Long Island (ftUS) is that of the coordinates before --unit" in err
+        assert asbuilt.load_plan(plan).crs == kept
+    assert asbuilt.read(tmp_path / "a.las", unit="us-ft").crs == feet  # of the points as they are
 
 
 def test_a_folder_of_texts_alone_holds_no_cloud(run, tmp_path):

@@ -7,6 +7,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -154,10 +155,21 @@ def _scan_files(cloud: PointCloud, parameters: EvidenceParameters) -> list[ScanF
         skipped = tuple(f"{file.name}: {note}" for note in header["notes"] if note.startswith("preview"))
         entry = {"name": file.name, "size": file.size, "checksum": file.checksum()}
         systems = (header["crs"],) if header["crs"] else ()
+        if systems and (cloud.unit, cloud.axes) != (1.0, (1, 2, 3)):
+            # A plan in metres that says it counts in the feet of its files lies somewhere else on the map.
+            skipped, systems = (*skipped, _crs_left_out(header["crs"])), ()
         digest = hashlib.sha256(json.dumps([_core.VERSION, core_options(cloud, parameters), entry]).encode())
         provenance = Provenance((entry,), systems, skipped)
         found.append(ScanFile(file, header["points"] or 0, header["parts"], provenance, digest.hexdigest()[:32]))
     return found
+
+
+def _crs_left_out(crs: str) -> str:
+    name = re.search(r'"([^"]*)"', crs)  # of WKT
+    return (
+        f"crs: {name[1] if name else crs} is that of the coordinates before --unit and --up; "
+        "the plan, in metres with z up, does not carry it, but that of --crs"
+    )
 
 
 def _load_stored(cloud: PointCloud) -> tuple[list[Evidence], list[InputError]]:

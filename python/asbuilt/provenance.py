@@ -47,9 +47,8 @@ class Provenance:
             what = f"{one} came in twice" if one == other else f"{one} and {other} are the same file"
             raise InputError(f"{what} ({checksum[:23]}...); its points would count twice")
         systems = {system for part in parts for system in part.systems}
-        return cls(
-            tuple(inputs), tuple(sorted(systems)), tuple(sorted(line for part in parts for line in part.skipped))
-        )
+        skipped = {line for part in parts for line in part.skipped}
+        return cls(tuple(inputs), tuple(sorted(systems)), tuple(sorted(skipped)))
 
     def to_text(self) -> str:
         """As JSON on one line; the same text for the same provenance."""

@@ -91,7 +91,7 @@ class PointCloud:
     files : in the order of their paths.
     unit : metres in one unit of the files.
     axes : signed axes of the files that become x, y, z; see `UP_AXES`.
-    passed_over : texts in folders that hold no points, a line each with the reason.
+    passed_over : files in folders that are no scans: texts without points, what `label` wrote; a line each, with why.
     """
 
     files: tuple[InputFile, ...]
@@ -131,7 +131,8 @@ def read(
     """Open files, folders (with all they hold) and glob patterns as one cloud; points are not read yet.
 
     Evidence files may be among them (but are not looked for in folders): they are in metres, z up, whatever `unit` and
-    `up` say. Texts and tables in folders are taken where they hold points, else passed over.
+    `up` say. Of what lies in folders, texts and tables without points are passed over, and so are labelled points: they
+    are those of the scans once more. By its own name any of them is an input.
 
     Parameters
     ----------
@@ -161,6 +162,8 @@ def read(
             passed_over.append(str(file.error))
         elif file.error is not None and not skip_bad:
             raise file.error
+        elif file.error is None and not is_named and _is_labelled(file):
+            passed_over.append(f"{path}: points that asbuilt label wrote; to read them, name the file itself")
         else:
             files.append(file)
     if not files:
@@ -196,6 +199,20 @@ def find_files(inputs: Sequence[PathLike]) -> dict[Path, bool]:
     if not found:
         raise InputError("no input given; expected files, folders or patterns")
     return dict(sorted(found.items()))
+
+
+def _is_labelled(file: InputFile) -> bool:
+    """Whether `asbuilt label` wrote a file: LAS names its program, E57 what it holds beyond the standard."""
+    with open(file.path, "rb") as stream:
+        head = stream.read(90)
+        if head.startswith(b"LASF"):
+            return head[58:].startswith(b"asbuilt ")
+        if not head.startswith(b"ASTM-E57"):
+            return False
+        place = int.from_bytes(head[24:32], "little")  # of the XML, the names of what it holds first
+        stream.seek(place - place % 1024)
+        pages = stream.read(3 * 1024)  # the last four bytes of each are a checksum
+    return b'"asbuilt:point-labels' in b"".join(pages[start : start + 1020] for start in range(0, len(pages), 1024))
 
 
 def _open(path: Path) -> InputFile:

@@ -47,7 +47,7 @@ def open_cloud(inputs: Sequence[Path], unit: str, up: str, skip_bad: bool) -> Po
 
     cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
     for reason in cloud.passed_over:
-        say(f"asbuilt: note: no points, passed over: {reason}")
+        say(f"asbuilt: note: passed over: {reason}")
     return cloud
 
 
