@@ -62,7 +62,7 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _asbuilt(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", metavar="", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """As-built floor plans from registered laser scans.

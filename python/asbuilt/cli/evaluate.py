@@ -53,7 +53,7 @@ def evaluate_command(
         float, typer.Option(metavar="METRES", help="A detection farther than this from any true wall is false.")
     ] = 0.25,
     no_distance_limit: Annotated[
-        bool, typer.Option("--no-distance-limit", help="As the paper's text, which states no limit.")
+        bool, typer.Option("--no-distance-limit", metavar="", help="As the paper's text, which states no limit.")
     ] = False,
     max_angle: Annotated[
         float, typer.Option(metavar="DEGREES", help="Orientation threshold of the association (5.4).")

@@ -34,10 +34,11 @@ def evidence_command(
         typer.Option(metavar="METRES", help="Side of a voxel. \\[default: 0.05, or that of OLD]", show_default=False),
     ] = None,
     occupancy: Annotated[
-        bool, typer.Option("--occupancy", help="Keep only which voxels hold points; enough for --preset paper.")
+        bool,
+        typer.Option("--occupancy", metavar="", help="Keep only which voxels hold points; enough for --preset paper."),
     ] = False,
     preview: Annotated[
-        bool, typer.Option("--preview", help="Of COPC read only points down to half a voxel's spacing.")
+        bool, typer.Option("--preview", metavar="", help="Of COPC read only points down to half a voxel's spacing.")
     ] = False,
     dask: Annotated[
         str | None,

@@ -21,9 +21,12 @@ _LISTED = 12
 def info_command(
     inputs: Inputs,
     headers: Annotated[
-        bool, typer.Option("--headers", help="Only what the headers say; points are not read, no histogram.")
+        bool,
+        typer.Option("--headers", metavar="", help="Only what the headers say; points are not read, no histogram."),
     ] = False,
-    every: Annotated[bool, typer.Option("--all", help=f"List all scans, not only the first {_LISTED}.")] = False,
+    every: Annotated[
+        bool, typer.Option("--all", metavar="", help=f"List all scans, not only the first {_LISTED}.")
+    ] = False,
     unit: Unit = "m",
     up: Up = "z",
     skip_bad: SkipBad = False,

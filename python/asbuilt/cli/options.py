@@ -28,7 +28,9 @@ Unit = Annotated[
 Up = Annotated[str, typer.Option(metavar="z|y|x|-z|-y|-x", help="Axis that points up.", rich_help_panel="Reading")]
 SkipBad = Annotated[
     bool,
-    typer.Option("--skip-bad", help="Leave bad files out, list them at the end, exit 3.", rich_help_panel="Reading"),
+    typer.Option(
+        "--skip-bad", metavar="", help="Leave bad files out, list them at the end, exit 3.", rich_help_panel="Reading"
+    ),
 ]
 Threads = Annotated[
     int | None,
