@@ -97,9 +97,10 @@ def test_a_plan_cut_short(tmp_path, end):
     [("wall", "thickness", "thick"), ("wall", "thickness", float("nan")), ("door", "state", "ajar"),
      ("room", "scans", [1]), ("column", "centre", [1.0]), ("storey", "floor", None), ("storey", "floor", True),
      ("wall", "voxels", 1.5),
-     ("wall", "thickness", 10**400)],
+     ("wall", "thickness", 10**400),
+     ("wall", "outline", [[0, 0], [1, 1]]), ("wall", "outline", [[0, 0], [1, 1], [1, 0], [0, 1]])],
 )  # fmt: skip
-def test_what_is_of_another_type_is_named(kind, name, value, tmp_path):
+def test_what_no_plan_of_ours_says_is_refused(kind, name, value, tmp_path):
     changed = copy.deepcopy(WHOLE)
     next(f["properties"] for f in changed["features"] if f["properties"]["kind"] == kind)[name] = value
     path = tmp_path / "plan.geojson"

@@ -411,7 +411,18 @@ def _element(kind: str, properties: dict[str, Any], geometry: dict[str, Any]) ->
         values["holes"] = tuple(holes)
     elif made is Stair:
         values["ring"] = _open_ring(coordinates[0])
-    return _checked(made(**values))
+    element = _checked(made(**values))
+    if isinstance(element, Wall):
+        _check_outline(element)
+    return element
+
+
+def _check_outline(wall: Wall) -> None:
+    """Exports cut and join the bodies of walls, and can do so with simple rings alone."""
+    from shapely import Polygon  # heavy: help and errors do not wait for it
+
+    if wall.outline and not (len(wall.outline) > 2 and Polygon(wall.outline).is_valid):
+        raise ValueError(f"an outline of wall {wall.id or 'without id'} that crosses itself or encloses nothing")
 
 
 def _checked(made: _Made) -> _Made:
