@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from asbuilt import extract_floor_plan
-from asbuilt.faces import Face, drop_doubles, maximal_runs
+from asbuilt.faces import Face, drop_doubles, drop_leaves, maximal_runs
 from rooms import box, box_room, evidence, level, lying_on, rectangle, segments, wall, without
 
 ASIDE = 0.002
@@ -137,6 +137,22 @@ def some_face(x1: float, y1: float, x2: float, y2: float, score: float) -> Face:
 def test_a_room_sees_one_of_the_faces_behind_one_another(weaker: tuple[float, ...], kept: bool) -> None:
     wall_face = some_face(0, 0, 4, 0, 9.0)
     assert len(drop_doubles([some_face(*weaker, 1.0), wall_face])) == 1 + kept
+
+
+@pytest.mark.parametrize(
+    ("thick", "long", "room", "kept"),
+    [
+        (0.04, 0.9, 4.0, False),  # a leaf that stands open: about its end one can walk
+        (0.04, 0.9, 0.95, True),  # from wall to wall
+        (0.12, 0.9, 4.0, True),  # a short wall
+        (0.04, 1.8, 4.0, True),  # a screen
+    ],
+)
+def test_a_leaf_as_high_as_the_room_is_no_wall(thick: float, long: float, room: float, kept: bool) -> None:
+    wall_face, across = some_face(0, 0, 4, 0, 9.0), some_face(4, room, 0, room, 9.0)
+    leaf = [some_face(2, long, 2, 0.05, 1.0), some_face(2 + thick, 0.05, 2 + thick, long, 1.0)]
+    assert len(drop_leaves([wall_face, across, *leaf])) == 2 + 2 * kept
+    assert drop_leaves([]) == []
 
 
 def test_tables_and_beds_are_no_walls() -> None:

@@ -31,6 +31,8 @@ _ABOVE = (0.5, 0.6)
 """No wall stands where the ceiling goes on behind it over more than a share of so many metres each way."""
 _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
+_LEAF, _FREE = 0.08, 0.15
+"""A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
 
@@ -147,6 +149,30 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
         ):
             kept[i] = face
     return list(kept.values())
+
+
+def drop_leaves(faces: list[Face]) -> list[Face]:
+    """Faces without those of door leaves: short, thin, and about one of whose ends one can walk."""
+    segments = segments_of(faces)
+    tips = segments.reshape(-1, 2)
+    near_tips = near_each(np.hstack([tips, tips]), segments, _FREE)
+    leaves = set()
+    for i, near in enumerate(near_each(segments, segments, _LEAF)):
+        face = faces[i]
+        if face.length > _PARTITION:
+            continue
+        turned = replace(face, start=face.end, end=face.start)
+        backs = [
+            j
+            for j in near
+            if faces[j].length < _PARTITION
+            and not _before(face, faces[j])
+            and covered_length(turned, faces[j], _LEAF) > 0.5 * face.length
+        ]
+        own = {i, *backs}
+        if backs and any(set(near_tips[2 * i + end]) <= own for end in (0, 1)):
+            leaves.add(i)
+    return [face for i, face in enumerate(faces) if i not in leaves]
 
 
 def _is_sliver(face: Face, other: Face) -> bool:

@@ -274,7 +274,9 @@ def _classify(
             return "door" if closes else None
         jambs = max(rim.left, rim.right)
         if rim.bottom > 0.4 or (rim.top > 0.4 and jambs > 0.4):
-            return "door" if (min(ends) > 0.4 and (not to_ceiling or min(rim.left, rim.right) > 0.3)) else None
+            # Up to the ceiling there is no lintel: the threshold runs from wall to wall, or both jambs show.
+            passage = not to_ceiling or min(rim.left, rim.right) > 0.3 or (rim.bottom > 0.8 and min(ends) > 0.8)
+            return "door" if min(ends) > 0.4 and passage else None
         return None
     if width >= WINDOW_SIZE[0] and height >= WINDOW_SIZE[1] and sill > 0.1:
         if rim.density > _LEAF and to_ceiling:

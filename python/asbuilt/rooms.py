@@ -40,6 +40,8 @@ _LOWER = (0.3, 1.9)
 """Heights at which a beam leaves the way open, m."""
 _CONVERGING = (np.radians(2.0), np.radians(25.0))
 """A face at an angle between these to a continuation is not the wall that it continues, rad."""
+_BEFORE = 0.01
+"""A face that a continuation runs this far before is not it either, m."""
 _PARTED = 0.45
 """Share of an edge over which that shows from which it parts two rooms."""
 _MIN_AREA = 0.8
@@ -242,7 +244,9 @@ def _continuations(segments: FloatArray) -> FloatArray:
     same = same[np.lexsort((ahead[same], first[same]))]
     same = same[np.diff(first[same], prepend=-1) != 0]  # the nearest of each
     closing = np.hstack([tips[first[same]], tips[second[same]]])
-    closing = closing[~_crossed(closing, faces)]
+    # What ends on the plane does not part what goes on along it.
+    inner = shapely.STRtree(shapely.linestrings(_inner(segments).reshape(-1, 2, 2)))
+    closing = closing[~_crossed(closing, inner) & ~_beside(closing, inner)]
 
     tree = shapely.STRtree(shapely.linestrings(np.concatenate([segments, closing]).reshape(-1, 2, 2)))
     closed = np.zeros(len(tips), dtype=np.bool_)
@@ -285,12 +289,27 @@ def _cut_at_first(rays: FloatArray, own: IntArray, tree: shapely.STRtree) -> Flo
 
 def _crossed(links: FloatArray, faces: shapely.STRtree) -> BoolArray:
     """Whether links (n, 4) cross a face other than at their own ends (n,)."""
-    way = links[:, 2:] - links[:, :2]
-    shift = way * np.minimum(_SAME_PLANE / np.maximum(np.hypot(*way.T), 1e-9), 0.1)[:, None]
-    inner = np.hstack([links[:, :2] + shift, links[:, 2:] - shift]).reshape(-1, 2, 2)
     crossed = np.zeros(len(links), dtype=np.bool_)
-    crossed[faces.query(shapely.linestrings(inner), predicate="intersects")[0]] = True
+    crossed[faces.query(shapely.linestrings(_inner(links).reshape(-1, 2, 2)), predicate="intersects")[0]] = True
     return crossed
+
+
+def _beside(links: FloatArray, faces: shapely.STRtree) -> BoolArray:
+    """Whether links (n, 4) have a face close beside their quarters (n,)."""
+    way = (links[:, 2:] - links[:, :2])[:, None]
+    quarters = links[:, None, :2] + np.array([[0.25], [0.5], [0.75]]) * way
+    beside = np.zeros(len(links), dtype=np.bool_)
+    beside[faces.query(shapely.points(quarters.reshape(-1, 2)), predicate="dwithin", distance=_SAME_PLANE)[0] // 3] = (
+        True
+    )
+    return beside
+
+
+def _inner(segments: FloatArray) -> FloatArray:
+    """Segments (n, 4) without their ends."""
+    way = segments[:, 2:] - segments[:, :2]
+    shift = way * np.minimum(_SAME_PLANE / np.maximum(np.hypot(*way.T), 1e-9), 0.1)[:, None]
+    return np.hstack([segments[:, :2] + shift, segments[:, 2:] - shift])
 
 
 def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
@@ -355,7 +374,7 @@ def _parts(ends: FloatArray, width: FloatArray, segments: FloatArray, voxels: St
     heights = np.stack([ceiling_heights(middle, along, sign * normal, voxels) for sign in (1, -1)])
     ceiling = np.where(np.isfinite(heights), heights, voxels.height).min(axis=0)
     edge, voxel, place, _ = voxels.strips(ends, 0.06, 0.0)
-    apart = ~_on_converging_face(voxel, along[edge], segments, voxels)
+    apart = ~_on_other_face(voxel, middle[edge], along[edge], segments, voxels)
     edge, voxel, place = edge[apart], voxel[apart], place[apart]
     z = voxels.z[voxel]
     counts = np.ceil(length / voxels.voxel).astype(np.int64)
@@ -387,10 +406,13 @@ def _in_doors(ends: FloatArray, doors: Sequence[Opening], voxels: StoreyVoxels) 
     return within
 
 
-def _on_converging_face(voxel: IntArray, along: FloatArray, segments: FloatArray, voxels: StoreyVoxels) -> BoolArray:
-    """Which voxels (h,) lie on a face (n, 4) that runs at a small angle to the edge they are near (h, 2).
+def _on_other_face(
+    voxel: IntArray, middle: FloatArray, along: FloatArray, segments: FloatArray, voxels: StoreyVoxels
+) -> BoolArray:
+    """Which voxels (h,) lie on a face (n, 4) beside the edge they are near, of this `middle` and direction (h, 2).
 
-    That face stands beside the edge and parts what is beside it; only a parallel one can be the wall that parts it.
+    A face at a small angle to the edge, or one that looks at it, parts what is beside the edge; only a parallel one
+    that looks away can be the wall that parts it.
     """
     face, point, _, _ = voxels.strips(segments, ON_PLANE, 0.0)
     face_of = np.full(len(voxels.z), -1)
@@ -398,9 +420,12 @@ def _on_converging_face(voxel: IntArray, along: FloatArray, segments: FloatArray
     way = segments[:, 2:] - segments[:, :2]
     way = way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
     on = face_of[voxel]
+    apart = middle - segments[on, :2]
+    before = apart[:, 1] * way[on, 0] - apart[:, 0] * way[on, 1] > _BEFORE
     aligned = np.abs((along * way[on]).sum(axis=1))
-    converging: BoolArray = (on >= 0) & (aligned > np.cos(_CONVERGING[1])) & (aligned < np.cos(_CONVERGING[0]))
-    return converging
+    converging = aligned < np.cos(_CONVERGING[0])
+    beside: BoolArray = (on >= 0) & (aligned > np.cos(_CONVERGING[1])) & (converging | before)
+    return beside
 
 
 def _groups(count: int, first: IntArray, second: IntArray) -> list[IntArray]:

@@ -256,11 +256,14 @@ def _surface_height(evidence: Evidence, stood_on: IntArray, floor: int, voxel: f
     layer = evidence.index[:, 2]
     within = np.flatnonzero((layer >= (floor - 1) * factor) & (layer < (floor + 2) * factor))
     z = evidence.height[within[rows_in(evidence.index[within] // factor, near)]]
-    apart = np.abs(z - below) > voxel
-    z = z[apart] if apart.any() else z
     low = (floor - 1) * voxel
     counts, edges = np.histogram(z, bins=np.arange(low, low + 3 * voxel + 0.005, 0.005))
-    middle = edges[int(np.argmax(np.convolve(counts, [1, 1, 1], mode="same")))] + 0.0025
+    shared = np.convolve(counts, [1, 1, 1], mode="same")
+    best = int(np.argmax(shared))
+    higher = np.where(edges[:-1] > edges[best] + voxel, shared, 0)
+    if abs(edges[best] - below) < voxel and higher.max() > shared[best] / 2:
+        best = int(np.argmax(higher))
+    middle = edges[best] + 0.0025
     return float(np.median(z[np.abs(z - middle) <= 0.02]))
 
 
