@@ -103,3 +103,15 @@ def test_heights_are_looked_up_about_places(voxels: StoreyVoxels) -> None:
         cell = np.floor((places + to_side * aside + onward * along) / 0.1).astype(np.int64) - low
         x, y = np.clip(cell, 0, np.array(tops.shape) - 1).T
         assert np.array_equal(row, tops[x, y])
+
+
+def test_means_stay_within_their_lines() -> None:
+    values = np.random.default_rng(3).uniform(size=(20, 2))
+    first = np.array([0, 7, 7, 20])
+    means = _core.means_along(values, first, 5)
+    line = np.searchsorted(first, np.arange(20), side="right") - 1
+    for step, mean in enumerate(means):
+        about = slice(max(step - 2, first[line[step]]), min(step + 3, first[line[step] + 1]))
+        assert mean == pytest.approx(values[about].mean(axis=0), abs=1e-12)
+    with pytest.raises(ValueError, match="first"):
+        _core.means_along(values, first[:-1], 5)

@@ -17,6 +17,7 @@ __all__ = [
     "heights_about",
     "hough_lines",
     "in_company",
+    "means_along",
     "read_header",
     "strips",
     "trace_lines",
@@ -155,6 +156,7 @@ def heights_about(
 def in_company(index: NDArray[np.int32], factor: int, least: int) -> NDArray[np.bool_]: ...
 def formats() -> list[tuple[str, list[str]]]: ...
 def read_header(path: str | PathLike[str], *, spacing: float | None = None) -> dict[str, Any]: ...
+def means_along(values: NDArray[np.float64], first: NDArray[np.int64], width: int) -> NDArray[np.float64]: ...
 def hough_lines(
     cells: NDArray[np.int32],
     *,

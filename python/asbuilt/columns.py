@@ -182,10 +182,21 @@ def _nearest_box(xy: FloatArray) -> tuple[float, FloatArray]:
     angles = np.radians(np.arange(0, 90, 2))
     cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
     local = np.stack([few[:, 0] * cos + few[:, 1] * sin, few[:, 1] * cos - few[:, 0] * sin])
-    low, high = np.percentile(local, (2, 98), axis=2, keepdims=True)
+    ordered = np.sort(local, axis=2)
+    low, high = (_at_share(ordered, share) for share in (0.02, 0.98))
     off = np.minimum(np.abs(local - low), np.abs(high - local)).min(axis=0)
     angle = float(angles[np.argmin(np.minimum(off, 0.05).mean(axis=1))])
     return angle, np.percentile(_turned(xy, angle), (2, 98), axis=0)
+
+
+def _at_share(ordered: FloatArray, share: float) -> FloatArray:
+    """What `numpy.percentile` has of each row of sorted values (..., n), as (..., 1), without choosing it again."""
+    place = share * (ordered.shape[-1] - 1)
+    first = int(place)
+    low, high = ordered[..., first, None], ordered[..., min(first + 1, ordered.shape[-1] - 1), None]
+    part = place - first
+    between: FloatArray = low + (high - low) * part if part < 0.5 else high - (high - low) * (1 - part)
+    return between
 
 
 def _fit_circle(xy: FloatArray, covariance: FloatArray) -> Shape | None:

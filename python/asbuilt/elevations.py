@@ -264,13 +264,7 @@ def smooth(values: FloatArray, first: IntArray, width: int) -> FloatArray:
 
 def smooth_rows(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     """Mean over `width` steps around each step (m, k), never across lines."""
-    sums = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
-    step = np.arange(len(values))
-    line = np.searchsorted(first, step, side="right") - 1
-    low = np.maximum(step - width // 2, first[line])
-    high = np.minimum(step + width // 2 + 1, first[line + 1])
-    means: FloatArray = (sums[high] - sums[low]) / (high - low)[:, None]
-    return means
+    return _core.means_along(np.ascontiguousarray(values), np.asarray(first, dtype=np.int64), width)
 
 
 def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:

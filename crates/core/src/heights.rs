@@ -1,4 +1,4 @@
-//! Grids of heights over the ground, looked up beside walls.
+//! Grids of heights over the ground, looked up beside walls; and means along walls.
 
 /// Heights (m) of square cells of `cell` metres, row after row; `low` is the index of the first cell. What lies beyond
 /// the grid has the height of its border.

@@ -119,6 +119,34 @@ impl Hits {
     }
 }
 
+/// Means over the `width` rows of `values` about each, never across lines; line i has the rows from `first[i]` to before
+/// `first[i + 1]`. A row is `columns` values.
+pub fn means_along(values: &[f64], columns: usize, first: &[usize], width: usize) -> Vec<f64> {
+    let mut means = vec![0.0; values.len()];
+    // Running sums of all rows before, as one who adds up all of them has them: lines share what is lost in rounding.
+    let mut before = vec![0.0; columns];
+    let mut sums = Vec::new();
+    for range in first.windows(2) {
+        let count = range[1].saturating_sub(range[0]);
+        sums.clear();
+        sums.extend_from_slice(&before);
+        for row in values[range[0] * columns..].chunks_exact(columns.max(1)).take(count) {
+            for (sum, value) in before.iter_mut().zip(row) {
+                *sum += value;
+            }
+            sums.extend_from_slice(&before);
+        }
+        for row in 0..count {
+            let (low, high) = (row.saturating_sub(width / 2), (row + width / 2 + 1).min(count));
+            for column in 0..columns {
+                let sum = sums[high * columns + column] - sums[low * columns + column];
+                means[(range[0] + row) * columns + column] = sum / (high - low) as f64;
+            }
+        }
+    }
+    means
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -161,6 +189,14 @@ mod tests {
         assert_eq!(by_height[12..15], [1, 0, 0]);
         assert_eq!(by_height[18..], [0, 0, 1]);
         assert_eq!(hits.by_height(&left, 1.0, 1).iter().sum::<u32>(), 1);
+    }
+
+    #[test]
+    fn means_stay_within_their_lines() {
+        let values = [1.0, 10.0, 2.0, 20.0, 3.0, 30.0, 5.0, 50.0];
+        let means = means_along(&values, 2, &[0, 3, 3, 4], 3);
+        assert_eq!(means, [1.5, 15.0, 2.0, 20.0, 2.5, 25.0, 5.0, 50.0]);
+        assert!(means_along(&[], 1, &[0], 5).is_empty());
     }
 
     #[test]

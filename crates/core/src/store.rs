@@ -453,7 +453,10 @@ impl<R: BufRead> Reader<R> {
         // Voxel indices must fit 32 bits.
         let within = i64::from(i32::MIN >> SIDE_BITS)..=i64::from(i32::MAX >> SIDE_BITS);
         let (mut before, mut points, mut voxels) = ([0_i32; 3], 0_u64, Vec::new());
-        for number in 0..self.number()? {
+        let count = self.number()?;
+        // No more than can be true: none takes less than eight bytes.
+        bricks.reserve(count.min(self.left / 8) as usize);
+        for number in 0..count {
             let mut key = [0; 3];
             for axis in 0..3 {
                 let step = self.number()?;

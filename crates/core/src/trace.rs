@@ -130,9 +130,7 @@ fn strongest(
         for (sum, [dx, dy]) in sums.iter_mut().zip(directions) {
             // Full weight on the line, none at twice the band: the best of the coarse orientations stands out.
             let offset = (y * dx - x * dy).abs() / (2.0 * search.band);
-            if offset < 1.0 {
-                *sum += weights[i] * (1.0 - offset);
-            }
+            *sum += weights[i] * (1.0 - offset).max(0.0); // no branch: a vector of orientations at a time
         }
     });
     let mut best = 0;

@@ -1,7 +1,9 @@
 //! Points near lines, counted by the steps of the lines.
 
-use asbuilt_core::hits::{Hits as Inner, Range};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use asbuilt_core::hits::{self, Hits as Inner, Range};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -88,4 +90,22 @@ impl Hits {
         let ranges = self.ranges(&side, &depth, &about, &height)?;
         py.detach(|| self.inner.by_height(&ranges, cell, cells)).into_pyarray(py).reshape([self.steps, cells])
     }
+}
+
+/// Means (m, k) over the `width` steps about each step of values (m, k), never across lines; line i has the steps from
+/// `first[i]` to before `first[i + 1]`.
+#[pyfunction]
+pub fn means_along<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray2<'py, f64>,
+    first: PyReadonlyArray1<'py, i64>,
+    width: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let shape = [values.shape()[0], values.shape()[1]];
+    let first: Vec<usize> = first.as_array().iter().map(|&i| i as usize).collect();
+    if first.last() != Some(&shape[0]) || !first.is_sorted() {
+        return Err(PyValueError::new_err("first: expected where each line begins, and where the last one ends"));
+    }
+    let values = values.as_slice()?;
+    py.detach(|| hits::means_along(values, shape[1], &first, width)).into_pyarray(py).reshape(shape)
 }

@@ -23,7 +23,7 @@ mod _core {
     #[pymodule_export]
     use crate::heights::heights_about;
     #[pymodule_export]
-    use crate::hits::Hits;
+    use crate::hits::{Hits, means_along};
     #[pymodule_export]
     use crate::hough::hough_lines;
     #[pymodule_export]
