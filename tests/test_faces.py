@@ -150,7 +150,7 @@ def test_a_room_sees_one_of_the_faces_behind_one_another(weaker: tuple[float, ..
 )
 def test_a_leaf_as_high_as_the_room_is_no_wall(thick: float, long: float, room: float, kept: bool) -> None:
     wall_face, across = some_face(0, 0, 4, 0, 9.0), some_face(4, room, 0, room, 9.0)
-    leaf = [some_face(2, long, 2, 0.05, 1.0), some_face(2 + thick, 0.05, 2 + thick, long, 1.0)]
+    leaf = [some_face(2, 0.05, 2, long, 1.0), some_face(2 + thick, long, 2 + thick, 0.05, 1.0)]
     assert len(drop_leaves([wall_face, across, *leaf])) == 2 + 2 * kept
     assert drop_leaves([]) == []
 
