@@ -154,8 +154,7 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
 def drop_leaves(faces: list[Face]) -> list[Face]:
     """Faces without those of door leaves: short, thin, and about one of whose ends one can walk."""
     segments = segments_of(faces)
-    tips = segments.reshape(-1, 2)
-    near_tips = near_each(np.hstack([tips, tips]), segments, _FREE)
+    near_tips = near_each(segments.reshape(-1, 2), segments, _FREE)
     leaves = set()
     for i, near in enumerate(near_each(segments, segments, _LEAF)):
         face = faces[i]
