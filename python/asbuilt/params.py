@@ -15,8 +15,6 @@ from typing import Any, Literal
 
 from asbuilt.errors import ParameterError
 
-Preset = Literal["default", "paper"]
-
 
 def _check(condition: bool, name: str, value: object, expected: str) -> None:
     if not condition:

@@ -22,8 +22,6 @@ _WIDEST_CELL = 100.0
 _INSET = 3.0
 _SMALL, _BODY, _HEADING, _TITLE = 1.5, 1.8, 2.5, 3.5
 """Heights of capitals, mm."""
-_LINE = 3.4
-"""From baseline to baseline, mm."""
 
 
 def title_block(plan: FloorPlan, storey: Storey | None, sheet: Sheet, options: SheetOptions) -> Iterator[Mark]:
