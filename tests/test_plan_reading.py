@@ -47,6 +47,7 @@ def read(content: str | bytes, tmp_path) -> FloorPlan | None:
         return plan
     assert told.startswith(f"{path}: ")
     assert "\n" not in told
+    assert len(told) < len(str(path)) + 300
     return None
 
 
@@ -107,6 +108,11 @@ def test_what_no_plan_of_ours_says_is_refused(kind, name, value, tmp_path):
     path.write_text(json.dumps(changed))
     with pytest.raises(InputError, match="expected a GeoJSON plan"):
         load_plan(path)
+
+
+def test_a_file_of_bytes_is_not_recited(tmp_path):
+    assert read(b"LASF" + bytes(range(256)) * 1000, tmp_path) is None
+    assert read(json.dumps({**WHOLE, "features": ["long" * 1000]}), tmp_path) is None
 
 
 def test_deep_nesting_and_empty_rings_are_refused(tmp_path):

@@ -33,3 +33,13 @@ class OutputError(AsBuiltError):
 
 class MissingExtraError(AsBuiltError, ImportError):
     """An optional dependency is missing; the message gives the command that installs it."""
+
+
+def told(error: Exception) -> str:
+    """What another program's or Python's error says of a file, without reciting the file.
+
+    >>> told(KeyError("features"))
+    "KeyError('features')"
+    """
+    text = str(error) if isinstance(error, UnicodeError) else repr(error)
+    return text if len(text) <= 200 else f"{text[:200]}..."

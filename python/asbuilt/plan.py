@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeVar
 
-from asbuilt.errors import InputError
+from asbuilt.errors import InputError, told
 
 _Made = TypeVar("_Made")
 Point = tuple[float, float]
@@ -324,7 +324,7 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
     except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
-        raise InputError(f"{path}: expected a GeoJSON plan written by asbuilt, found {error!r}") from error
+        raise InputError(f"{path}: expected a GeoJSON plan written by asbuilt, found {told(error)}") from error
 
 
 def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:

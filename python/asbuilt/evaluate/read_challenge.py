@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from asbuilt.errors import InputError
+from asbuilt.errors import InputError, told
 from asbuilt.evaluate.drawing import Drawing, DrawingStorey, Face, Opening
 
 #: Walls of the 3D form whose feet are farther apart than this stand on different storeys, m.
@@ -63,7 +63,7 @@ def challenge_2d_drawing(data: dict[str, Any], name: str = "plan") -> Drawing:
                 elif layer["layer name"].upper() == "A_DOOR":
                     doors.append(_door(points))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(f"{name}: expected the challenge's 2D floor plan, found {error!r}") from error
+        raise InputError(f"{name}: expected the challenge's 2D floor plan, found {told(error)}") from error
     holds = frozenset({"doors"}) if doors else frozenset[str]()
     return Drawing((DrawingStorey(0, None, tuple(faces), doors=tuple(doors)),), holds, name)
 
@@ -100,7 +100,7 @@ def challenge_3d_drawing(data: dict[str, Any] | list[dict[str, Any]], name: str 
             step = half * math.cos(angle), half * math.sin(angle)
             doors.append((height, Opening((x - step[0], y - step[1], x + step[0], y + step[1]), 2 * half, door)))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise InputError(f"{name}: expected the challenge's 3D floor plan, found {error!r}") from error
+        raise InputError(f"{name}: expected the challenge's 3D floor plan, found {told(error)}") from error
     floors = _floors([height for height, _ in faces] or [height for height, _ in doors])
     storeys = tuple(
         DrawingStorey(

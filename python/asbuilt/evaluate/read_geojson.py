@@ -6,7 +6,7 @@ from typing import Any
 
 import shapely
 
-from asbuilt.errors import InputError
+from asbuilt.errors import InputError, told
 from asbuilt.evaluate.drawing import Drawing, DrawingStorey, Face, Opening, Room, Wall
 
 
@@ -41,7 +41,7 @@ def geojson_drawing(data: dict[str, Any], name: str = "plan") -> Drawing:
             parts = storeys.setdefault(index, {"index": index, "floor": None})
             _add(parts, properties["kind"], properties, feature.get("geometry"))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise InputError(f"{name}: expected a GeoJSON plan written by asbuilt, found {error!r}") from error
+        raise InputError(f"{name}: expected a GeoJSON plan written by asbuilt, found {told(error)}") from error
     lists = ("faces", "doors", "windows", "rooms", "walls")
     made = []
     for index in sorted(storeys):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from asbuilt.errors import InputError
+from asbuilt.errors import InputError, told
 from asbuilt.evaluate.curves import curved_walls
 from asbuilt.evaluate.drawing import Drawing, DrawingStorey, Face, Opening, Room
 
@@ -38,7 +38,9 @@ def truth_drawing(data: dict[str, Any], name: str = "truth") -> Drawing:
     try:
         storeys = tuple(_storey(i, storey) for i, storey in enumerate(data["storeys"]))
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{name}: expected a truth.json with storeys, floors and walls, found {error!r}") from error
+        raise InputError(
+            f"{name}: expected a truth.json with storeys, floors and walls, found {told(error)}"
+        ) from error
     kinds = ("doors", "windows", "rooms")
     holds = frozenset(kind for kind in kinds if any(getattr(storey, kind) for storey in storeys))
     return Drawing(storeys, holds, name)
