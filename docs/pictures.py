@@ -454,9 +454,9 @@ def rooms_picture(figure: Figure) -> None:
 def room_faces_picture(figure: Figure) -> None:
     """Faces before and after the sides of rooms are drawn, and the end of a wall from near."""
     loose = closed_faces()
-    doors = find_openings(loose, elevations(), scores(), voxels(), 0).doors
-    rooms = find_rooms(loose, doors, elevations(), voxels())
-    drawn = draw_room_faces(loose, rooms, doors, elevations(), scores(), voxels())
+    openings = find_openings(loose, elevations(), scores(), voxels(), 0)
+    rooms = find_rooms(loose, openings.doors, elevations(), voxels())
+    drawn = draw_room_faces(loose, rooms, openings.doors, openings.windows, elevations(), scores(), voxels())
     new = shapely.difference(segments_of(drawn), shapely.union_all(segments_of(loose)).buffer(0.03))
     added = [shapely.get_coordinates(line) for line in shapely.get_parts(new) if line.length > 0.05]
     whole, *near = figure.subplot_mosaic("AA;BC", height_ratios=(1.5, 1)).values()

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from asbuilt.elevations import Elevations, draw_elevations
 from asbuilt.faces import Face, score_steps
 from asbuilt.params import Parameters
-from asbuilt.plan import Door
+from asbuilt.plan import Door, Window
 from asbuilt.profiles import StoreyVoxels, storey_voxels
 from asbuilt.room_faces import draw_room_faces
 from asbuilt.storeys import find_storeys
@@ -48,7 +48,7 @@ def room() -> shapely.Polygon:
 
 def drawn(faces: list[Face], *doors: Door, rooms: list[shapely.Polygon] | None = None) -> list[Face]:
     voxels, elevations, scores = scene()
-    return draw_room_faces(faces, [room()] if rooms is None else rooms, doors, elevations, scores, voxels)
+    return draw_room_faces(faces, [room()] if rooms is None else rooms, doors, [], elevations, scores, voxels)
 
 
 def ends(faces: list[Face]) -> Array:
@@ -86,7 +86,15 @@ def test_a_face_goes_on_behind_what_hides_it() -> None:
     assert [5.0, 4.0, 0.0, 4.0] in ends(found).tolist()
 
 
-def test_a_gap_that_was_seen_through_stays_open() -> None:
+@pytest.mark.parametrize(
+    ("windows", "open_"),
+    [
+        ((), True),
+        ((Window((DOOR[0], -0.1), (DOOR[1], -0.1), sill=0.0),), True),
+        ((Window((DOOR[0], -0.1), (DOOR[1], -0.1), sill=0.5),), False),
+    ],
+)
+def test_a_gap_that_was_seen_through_stays_open_but_over_a_sill(windows: tuple[Window, ...], open_: bool) -> None:
     south = [face(0, (0.0, 0.0), (2.0, 0.0)), face(0, (2.9, 0.0), (5.0, 0.0))]
     voxels, elevations, scores = scene()
     start, along = elevations.lines[0, :2], elevations.along(0)
@@ -94,9 +102,10 @@ def test_a_gap_that_was_seen_through_stays_open() -> None:
     against = scores.copy()
     line = slice(elevations.first[0], elevations.first[1])
     against[line][(place > DOOR[0]) & (place < DOOR[1])] = -1.5
-    found = draw_room_faces(south + others(), [room()], [], elevations, against, voxels)
+    found = draw_room_faces(south + others(), [room()], [], windows, elevations, against, voxels)
     on_south = [end for end in ends(found).tolist() if end[1] == end[3] == 0]
-    assert on_south == [pytest.approx([0, 0, 2.0, 0]), pytest.approx([2.9, 0, 5, 0])]
+    expected = [[0, 0, 2.0, 0], [2.9, 0, 5, 0]] if open_ else [[0, 0, 5, 0]]
+    assert on_south == [pytest.approx(end) for end in expected]
 
 
 def test_faces_outside_of_rooms_stay_as_they_are() -> None:

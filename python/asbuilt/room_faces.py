@@ -26,6 +26,8 @@ _BEHIND = 0.65
 """An opening in the wall behind a side is no further from it, m."""
 _RECESS = 0.4
 """Nor further before it, m."""
+_SILL = 0.1
+"""A face goes on under a sill higher than this, m."""
 _SHORT = 0.6
 """A piece of a side shorter than this is wall unless an opening shows, m."""
 _ALONE = (1.5, 3.5)
@@ -60,6 +62,7 @@ def draw_room_faces(
     faces: list[Face],
     rooms: Sequence[shapely.Polygon],
     openings: Sequence[Opening],
+    windows: Sequence[Opening],
     elevations: Elevations,
     scores: FloatArray,
     voxels: StoreyVoxels,
@@ -70,9 +73,13 @@ def draw_room_faces(
     ----------
     rooms : their polygons, m from the storey's origin.
     openings : doors and what else faces stop at, in the input's frame.
+    windows : in the input's frame; faces go on under their sills, but not across windows down to the floor.
     """
     sides = [side for room in rooms for side in _sides(room)]
-    holes = np.array([[o.start, o.end] for o in openings]).reshape(-1, 2, 2) - voxels.origin
+    over_sills = [window for window in windows if window.sill is not None and window.sill > _SILL]
+    holes, panes = (
+        np.array([[o.start, o.end] for o in some]).reshape(-1, 2, 2) - voxels.origin for some in (openings, over_sills)
+    )
     tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
     straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
     elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
@@ -98,7 +105,8 @@ def draw_room_faces(
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
         # What stands free in a room shows on all its sides, or is none of a wall.
         beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _BESIDE) & (shared > 0.3 * side.length)).any())
-        wall = _without(_filled(side, stretches, own, gone, elevations, scores, voxels, beside), gone)
+        glazed = _openings_on(side, panes)
+        wall = _without(_filled(side, stretches + glazed, own, gone, elevations, scores, voxels, beside), gone)
         for low, high in wall:
             if high - low < 0.1:
                 continue
