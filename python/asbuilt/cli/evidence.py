@@ -104,7 +104,7 @@ def evidence_command(
 
 def merge_command(
     inputs: Annotated[
-        list[Path], typer.Argument(metavar="A.evidence B.evidence...", help="Evidence files.", show_default=False)
+        list[Path], typer.Argument(metavar="EVIDENCE", help="Evidence files.", show_default=False)
     ],
     output: Output,
 ) -> None:
