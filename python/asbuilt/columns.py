@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt.faces import Face
+from asbuilt.faces import Face, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.plan import Column
 from asbuilt.profiles import StoreyVoxels
 
@@ -97,15 +98,15 @@ def _about(shape: Shape, voxels: StoreyVoxels) -> IntArray:
 
 def drop_sides(faces: list[Face], columns: tuple[Column, ...], voxels: StoreyVoxels) -> list[Face]:
     """The faces that are no sides of columns."""
-    for column in columns:
-        centre = np.array(column.centre) - voxels.origin
+    centres = np.array([column.centre for column in columns]).reshape(-1, 2) - voxels.origin
+    sides = set()
+    for column, centre, near in zip(columns, centres, near_each(centres, segments_of(faces), _SIZE[1]), strict=True):
         shape = Shape(centre, column.width, column.depth, column.rotation, column.shape == "round")
-        faces = [
-            face
-            for face in faces
-            if shape.outside(np.array([face.start, (face.start + face.end) / 2, face.end])).max() > 0.12
-        ]
-    return faces
+        for i in near:
+            tips = (faces[i].start, faces[i].end)
+            if shape.outside(np.array([tips[0], (tips[0] + tips[1]) / 2, tips[1]])).max() <= 0.12:
+                sides.add(i)
+    return [face for i, face in enumerate(faces) if i not in sides]
 
 
 def find_clusters(voxels: StoreyVoxels) -> list[IntArray]:

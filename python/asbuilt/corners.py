@@ -21,6 +21,8 @@ _MAX_THICKNESS = 0.7
 """A wall that stands against a face hides no more of it than this, m."""
 _MIN_ALONE = 0.9
 """Shorter faces that meet no other are clutter, m."""
+_AGAINST = 0.3
+"""A face that stands against another starts or ends this near to it, m."""
 _STUB = 0.7
 """A face does not run on beyond another one by less than this, m."""
 _TOUCH = 0.05
@@ -112,42 +114,46 @@ def find_meetings(
     if not faces:
         return []
     start, end, along, length = _arrays(faces)
+    segments, reach = segments_of(faces), max(parameters.extend, parameters.trim) + _TOUCH
+    following = near_each(end, start, 2 * reach)
+    about_ends, about_starts = (near_each(tips, segments, reach) for tips in (end, start))
     meetings = []
     for i, face in enumerate(faces):
-        cross, on_first, on_second = _crossings(start, along, i)
+        others = following[i]
+        cross, on_first, on_second = _crossings(start, along, i, others)
         beyond_end, beyond_start = on_first - length[i], -on_second
         near = np.abs(cross) > 0.26
         for beyond in (beyond_end, beyond_start):
             near &= (beyond > -parameters.trim) & (beyond < parameters.extend)
-        near &= (on_first > 0.03) & (on_second < length - 0.03)
-        for j in np.flatnonzero(near):
-            corner = start[i] + on_first[j] * along[i]
-            if _passes_through(start, end, along, i, int(j), corner):
+        near &= (on_first > 0.03) & (on_second < length[others] - 0.03)
+        for n in np.flatnonzero(near):
+            j = others[n]
+            corner = start[i] + on_first[n] * along[i]
+            ways = ((end[i], about_ends[i]), (start[j], about_starts[j]))
+            if any(_is_barred(tip, corner, start, end, along, sorted({*about} - {i, j})) for tip, about in ways):
                 continue
-            cost = _cost(face, float(beyond_end[j]), True, elevations, scores)
-            cost += _cost(faces[j], float(beyond_start[j]), False, elevations, scores)
-            meetings.append(Meeting(i, int(j), corner, cost))
+            cost = _cost(face, float(beyond_end[n]), True, elevations, scores)
+            cost += _cost(faces[j], float(beyond_start[n]), False, elevations, scores)
+            meetings.append(Meeting(i, j, corner, cost))
     return meetings
 
 
-def _passes_through(start: FloatArray, end: FloatArray, along: FloatArray, i: int, j: int, corner: FloatArray) -> bool:
-    """Whether a third face stands between a corner and the end of face i or the start of face j."""
+def _is_barred(
+    tip: FloatArray, corner: FloatArray, start: FloatArray, end: FloatArray, along: FloatArray, others: list[int]
+) -> bool:
+    """Whether one of the `others` among the faces stands between a tip and a corner."""
+    way = corner - tip
+    if np.hypot(*way) < 0.05:
+        return False
+    start, end, along = start[others], end[others], along[others]
     normal = np.column_stack([-along[:, 1], along[:, 0]])
-    for tip in (end[i], start[j]):
-        way = corner - tip
-        if np.hypot(*way) < 0.05:
-            continue
-        sides = np.stack([((point - start) * normal).sum(axis=1) for point in (tip + 0.02 * way, tip + 0.98 * way)])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = sides[0] / (sides[0] - sides[1])
-        crossing = tip + 0.02 * way + share[:, None] * 0.96 * way
-        place = ((crossing - start) * along).sum(axis=1)
-        length = ((end - start) * along).sum(axis=1)
-        between = (sides[0] * sides[1] < 0) & (place > 0.05) & (place < length - 0.05)
-        between[[i, j]] = False
-        if between.any():
-            return True
-    return False
+    sides = np.stack([((point - start) * normal).sum(axis=1) for point in (tip + 0.02 * way, tip + 0.98 * way)])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = sides[0] / (sides[0] - sides[1])
+    crossing = tip + 0.02 * way + share[:, None] * 0.96 * way
+    place = ((crossing - start) * along).sum(axis=1)
+    length = ((end - start) * along).sum(axis=1)
+    return bool(((sides[0] * sides[1] < 0) & (place > 0.05) & (place < length - 0.05)).any())
 
 
 def cut_stubs(faces: list[Face]) -> list[Face]:
@@ -156,12 +162,14 @@ def cut_stubs(faces: list[Face]) -> list[Face]:
         return []
     faces = list(faces)
     start, end, along, length = _arrays(faces)
+    crossed = near_each(segments_of(faces), segments_of(faces), _TOUCH)  # cut faces cross no more than before
     i = 0
     while i < len(faces):
-        cross, on_first, on_second = _crossings(start, along, i)
-        through = (np.abs(cross) > 0.26) & (on_second > _TOUCH) & (on_second < length - _TOUCH)
+        others = crossed[i]
+        cross, on_first, on_second = _crossings(start, along, i, others)
+        through = (np.abs(cross) > 0.26) & (on_second > _TOUCH) & (on_second < length[others] - _TOUCH)
         stub = np.minimum(on_first, length[i] - on_first)
-        through &= (stub > _TOUCH) & (stub < _STUB) & (stub < np.minimum(on_second, length - on_second))
+        through &= (stub > _TOUCH) & (stub < _STUB) & (stub < np.minimum(on_second, length[others] - on_second))
         if faces[i].curve is not None or not through.any():
             i += 1
             continue
@@ -178,16 +186,18 @@ def cut_at_walls(faces: list[Face]) -> list[Face]:
     if not faces:
         return []
     start, _, along, length = _arrays(faces)
+    near_faces = near_each(segments_of(faces), segments_of(faces), _AGAINST + _TOUCH)
     fixed_start: dict[int, FloatArray] = {}
     fixed_end: dict[int, FloatArray] = {}
     pieces: list[Face] = []
     origins: list[int] = []
     for i, face in enumerate(faces):
-        cross, on_first, on_second = _crossings(start, along, i)
+        others = near_faces[i]
+        cross, on_first, on_second = _crossings(start, along, i, others)
         inside = (on_first > 0.05) & (on_first < length[i] - 0.05)
         # Where a face starts on this one, this room ends; where one ends on it, the next room begins.
-        starting = np.flatnonzero(inside & (cross > 0.26) & (np.abs(on_second) < 0.3))
-        ending = np.flatnonzero(inside & (cross < -0.26) & (np.abs(on_second - length) < 0.3))
+        starting = np.flatnonzero(inside & (cross > 0.26) & (np.abs(on_second) < _AGAINST))
+        ending = np.flatnonzero(inside & (cross < -0.26) & (np.abs(on_second - length[others]) < _AGAINST))
         place, fixed = 0.0, face.fixed[0]
         rest = face
         for j in starting[np.argsort(on_first[starting], kind="stable")]:
@@ -199,7 +209,7 @@ def cut_at_walls(faces: list[Face]) -> list[Face]:
             corner, next_corner = (start[i] + on_first[m] * along[i] for m in (j, k))
             pieces.append(replace(rest, end=corner, fixed=(fixed, True)))
             origins.append(i)
-            fixed_start[int(j)], fixed_end[int(k)] = corner, next_corner
+            fixed_start[others[j]], fixed_end[others[k]] = corner, next_corner
             place, fixed = float(on_first[k]), True
             rest = replace(face, start=next_corner)
         pieces.append(replace(rest, fixed=(fixed, face.fixed[1])))
@@ -220,12 +230,15 @@ def _arrays(faces: list[Face]) -> tuple[FloatArray, FloatArray, FloatArray, Floa
     return start, end, (end - start) / length[:, None], length
 
 
-def _crossings(start: FloatArray, along: FloatArray, i: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Where line i crosses all lines: sine of the angle from i to them, and the place on i and on each of them, m."""
-    cross = along[i, 0] * along[:, 1] - along[i, 1] * along[:, 0]
-    apart = start - start[i]
+def _crossings(
+    start: FloatArray, along: FloatArray, i: int, others: list[int]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where line i crosses others (n,): sine of the angle from i to them, and the place on i and on each of them, m."""
+    x, y = along[others].T
+    cross = along[i, 0] * y - along[i, 1] * x
+    apart = start[others] - start[i]
     with np.errstate(divide="ignore", invalid="ignore"):
-        on_first = (apart[:, 0] * along[:, 1] - apart[:, 1] * along[:, 0]) / cross
+        on_first = (apart[:, 0] * y - apart[:, 1] * x) / cross
         on_second = (apart[:, 0] * along[i, 1] - apart[:, 1] * along[i, 0]) / cross
     return cross, on_first, on_second
 

@@ -293,8 +293,9 @@ def snap_to_jambs(faces: list[Face], voxels: StoreyVoxels, reach: float = 0.2) -
     behind = (offset < -(ON_PLANE + 0.005)) & _is_low(voxels.z[voxel])
     tip, place = tip[behind], place[behind] - reach
     moved = tips.copy()
+    first = np.searchsorted(tip, np.arange(len(tips) + 1))
     for i in range(len(tips)):
-        near = np.sort(place[tip == i])
+        near = np.sort(place[first[i] : first[i + 1]])
         if len(near) < 6:
             continue
         within = np.searchsorted(near, near + 0.02) - np.arange(len(near))

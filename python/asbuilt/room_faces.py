@@ -15,8 +15,9 @@ import shapely
 
 from asbuilt.directed import Directed
 from asbuilt.elevations import MARGIN, Elevations
-from asbuilt.faces import Face, usual_filling
-from asbuilt.grid import BoolArray, FloatArray
+from asbuilt.faces import Face, segments_of, usual_filling
+from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.plan import Opening
 from asbuilt.profiles import StoreyVoxels
 
@@ -40,6 +41,8 @@ _STANDING = (0.2, 1.9)
 """It shows between these heights, m: higher up it may be a beam."""
 _BESIDE = 0.08
 """What shows this near to a face is that one, m."""
+_SLACK = 0.01
+"""What is looked for within a distance is sought a little further, so that rounding leaves nothing out, m."""
 _DOUBLE = 0.3
 """A board, or the pane of a window, is no further before or behind a side, m."""
 
@@ -86,21 +89,24 @@ def draw_room_faces(
     drawn: list[Face] = []
     taken = np.zeros(len(faces), dtype=np.bool_)
     within: list[list[tuple[float, float]]] = [[] for _ in faces]
-    for side in sides:
-        place, aside = side.place(tips)
+    segments = np.array([[*side.start, *side.end] for side in sides]).reshape(-1, 4)
+    near_faces = [np.array(near, dtype=np.int64) for near in near_each(segments, segments_of(faces), _DOUBLE + _SLACK)]
+    near_holes = near_each(segments, holes.reshape(-1, 4), _BEHIND + _SLACK)
+    for side, near, about in zip(sides, near_faces, near_holes, strict=True):
+        place, aside = side.place(tips[near])
         if (
-            ~straight
+            ~straight[near]
             & (np.abs(aside).max(axis=1, initial=0) < _ON_SIDE)
             & (np.abs(place.mean(axis=1) - side.length / 2) < side.length / 2)
         ).any():
             continue
-        on = straight & (np.abs(aside).max(axis=1, initial=0) < _ON_SIDE) & (place[:, 1] > place[:, 0])
+        on = straight[near] & (np.abs(aside).max(axis=1, initial=0) < _ON_SIDE) & (place[:, 1] > place[:, 0])
         on &= (place[:, 1] > 0.02) & (place[:, 0] < side.length - 0.02)
-        own = [faces[i] for i in np.flatnonzero(on)]
-        taken |= on
-        for i in np.flatnonzero(on):
-            within[i].append((-float(place[i, 0]), side.length - float(place[i, 0])))
-        gone = _openings_on(side, holes)
+        own = [faces[i] for i in near[on]]
+        taken[near[on]] = True
+        for i, begin in zip(near[on], place[on, 0].tolist(), strict=True):
+            within[i].append((-begin, side.length - begin))
+        gone = _openings_on(side, holes[about])
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
         # What stands free in a room shows on all its sides, or is none of a wall.
@@ -118,7 +124,7 @@ def draw_room_faces(
             end = side.end if fixed[1] else side.start + high * side.along
             drawn.append(replace(model, start=start, end=end, fixed=fixed))
     rest = np.flatnonzero(~taken)
-    no_wall = _is_clutter(tips[rest], rooms) | _is_double(tips[rest], sides)
+    no_wall = _is_clutter(tips[rest], rooms) | _is_double(tips, sides, near_faces)[rest]
     rest = rest[~no_wall | elevated[rest] | ~straight[rest]]
     beyond = [part for i in np.flatnonzero(taken) for part in _beyond(faces[i], within[i], elevations, scores)]
     return [faces[i] for i in rest] + beyond + drawn
@@ -139,20 +145,24 @@ def _beyond(face: Face, within: list[tuple[float, float]], elevations: Elevation
 def _is_clutter(tips: FloatArray, rooms: Sequence[shapely.Polygon]) -> BoolArray:
     """Which short faces (n, 2, 2) stand within a room and on none of its sides."""
     inner = shapely.union_all([room.buffer(-2 * _ON_SIDE) for room in rooms])
+    shapely.prepare(inner)
     short = np.hypot(*(tips[:, 1] - tips[:, 0]).T) < _ALONE[0]
     within: BoolArray = short & shapely.covers(inner, shapely.linestrings(tips))
     return within
 
 
-def _is_double(tips: FloatArray, sides: Sequence[_Side]) -> BoolArray:
-    """Which faces (n, 2, 2) stand close before or behind a side of a room and look the same way."""
+def _is_double(tips: FloatArray, sides: Sequence[_Side], near_faces: Sequence[IntArray]) -> BoolArray:
+    """Which faces (n, 2, 2) stand close before or behind a side of a room and look the same way.
+
+    `near_faces` are those near each side.
+    """
     double = np.zeros(len(tips), dtype=np.bool_)
-    for side in sides:
-        place, aside = side.place(tips)
+    for side, faces in zip(sides, near_faces, strict=True):
+        place, aside = side.place(tips[faces])
         length = np.maximum(place[:, 1] - place[:, 0], 1e-9)
         shared = np.minimum(place[:, 1], side.length) - np.maximum(place[:, 0], 0.0)
         near = (np.abs(aside) < _DOUBLE).all(axis=1) & (np.abs(np.ptp(aside, axis=1)) < 0.15 * length)
-        double |= near & (place[:, 1] > place[:, 0]) & (shared > 0.6 * length)
+        double[faces] |= near & (place[:, 1] > place[:, 0]) & (shared > 0.6 * length)
     return double
 
 

@@ -22,6 +22,7 @@ import shapely
 from asbuilt.elevations import MARGIN, Elevations
 from asbuilt.faces import Face, on_faces, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.plan import Column, Opening, Room, Stair, Storey, Wall, WallFace
 from asbuilt.profiles import StoreyVoxels
 
@@ -114,9 +115,10 @@ def drop_unlikely(
     if not faces:
         return faces
     likely = chance(look_at(faces, elevations, voxels).features)
-    sides = shapely.union_all([room.boundary for room in rooms])
+    sides = shapely.STRtree([room.boundary for room in rooms])
     middles = shapely.points([(face.start + face.end) / 2 for face in faces])
-    needed = shapely.dwithin(sides, middles, _ON_SIDE)
+    needed = np.zeros(len(faces), dtype=np.bool_)
+    needed[sides.query(middles, predicate="dwithin", distance=_ON_SIDE)[0]] = True
     return [
         face
         for i, face in enumerate(faces)
@@ -160,7 +162,10 @@ def look_at(faces: Sequence[Face], elevations: Elevations, voxels: StoreyVoxels)
             means,
             np.log(np.clip(score, 0.1, 10.0)),
             np.log(np.clip(length, 0.1, 5.0)),
-            [_other_face(i, segments, length) for i in range(len(faces))],
+            [
+                _other_face(segment, segments[near])
+                for segment, near in zip(segments, near_each(segments, segments, _THICKNESS[1]), strict=True)
+            ],
         ]
     )
     return Looks(scatter, disagreement, features, count > 0)
@@ -206,16 +211,18 @@ def _means(face: Face, elevations: Elevations) -> tuple[float, float, float, flo
     return (front, 0.0, 0.0, 1.0) if elevations.partition[face.line] else (front, ceiling, floor, 0.0)
 
 
-def _other_face(i: int, segments: FloatArray, length: FloatArray) -> float:
-    """Share of a face's length behind which the other face of its wall was found."""
-    along = (segments[i, 2:] - segments[i, :2]) / length[i]
-    relative = segments.reshape(-1, 2, 2) - segments[i, :2]
+def _other_face(segment: FloatArray, others: FloatArray) -> float:
+    """Share of the length of a face (4,) behind which the other face of its wall was found, among those near (n, 4)."""
+    way = segment[2:] - segment[:2]
+    length = max(float(np.hypot(*way)), 1e-6)
+    along = way / length
+    relative = others.reshape(-1, 2, 2) - segment[:2]
     behind = -(relative @ np.array([-along[1], along[0]]))
     place = relative @ along
     other = (place[:, 1] < place[:, 0]) & (behind.min(axis=1) > _THICKNESS[0]) & (behind.max(axis=1) < _THICKNESS[1])
     other &= np.ptp(behind, axis=1) < 0.2 * np.ptp(place, axis=1)
-    covered = np.minimum(place[other, 0], length[i]) - np.maximum(place[other, 1], 0.0)
-    return float(np.clip(covered, 0, None).max(initial=0.0) / length[i])
+    covered = np.minimum(place[other, 0], length) - np.maximum(place[other, 1], 0.0)
+    return float(np.clip(covered, 0, None).max(initial=0.0) / length)
 
 
 def trust_elements(storey: Storey) -> Storey:
