@@ -430,7 +430,7 @@ def openings_picture(figure: Figure) -> None:
         lines = np.array([[*o.start, *o.end] for o in openings]).reshape(-1, 4)
         draw(plan, lines - np.tile(voxels().origin, 2), colour, 3.0)
     plan_axes(
-        plan, f"{len(found.doors)} doors (red), {len(found.windows)} windows (blue), {len(found.unknown)} unknown"
+        plan, f"doors: {len(found.doors)} (red), windows: {len(found.windows)} (blue), unknown: {len(found.unknown)}"
     )
 
 
