@@ -112,10 +112,11 @@ def test_openings_lie_within_their_walls(case: Case) -> None:
             wall, line = walls[opening.wall], shapely.LineString([opening.start, opening.end])
             x, y = np.subtract(wall.end, wall.start) / wall.length
             assert np.abs(np.subtract([opening.start, opening.end], wall.start) @ (-y, x)).max() < 1e-6
-            # at a corner it may begin in the wall that its own meets; jambs are known to millimetres
+            # At a corner it may begin in the wall that its own meets, or, where one face of that was seen and it is
+            # drawn thinner than it is, a little behind.
             met = shapely.union_all([body for body in bodies.values() if body.distance(bodies[wall.id]) < MM])
-            assert line.difference(met.buffer(10 * MM)).length == 0
-            assert line.intersection(bodies[wall.id]).length > 0.8 * line.length
+            assert line.difference(met.buffer(20 * MM)).length == 0
+            assert line.intersection(bodies[wall.id]).length > 0.5 * line.length
 
 
 @pytest.mark.parametrize("suffix", known_suffixes())
