@@ -49,11 +49,18 @@ def test_a_partition_in_line_with_another_wall_has_two_faces() -> None:
         assert pieces == pytest.approx(np.array([[0, 3]]), abs=END)
 
 
-def test_a_partition_of_which_one_face_was_seen_parts_no_room() -> None:
+def test_a_screen_of_which_the_front_was_seen_has_a_back_and_parts_no_room() -> None:
     x0, y0, x1, y1 = 1.0, 2.0, 4.0, 2.06
     room = without(box_room(0, 0, 5.5, 4, 0, 3), (x0, y0, -0.01), (x1, y1, 0.01))
     storey = extract_floor_plan(evidence(room, wall((x1, y0), (x0, y0), 0, 2.1))).storeys[0]
-    assert len(storey.wall_faces) == 5
+    assert len(storey.wall_faces) == 6
+    front, back = sorted((f for f in storey.wall_faces if 1.9 < f.start[1] < 2.1), key=lambda f: f.start[1])
+    assert (front.start[1], back.start[1]) == pytest.approx((2.0, 2.05), abs=ASIDE)
+    assert (front.seen, back.seen, back.voxels, back.sigma) == (pytest.approx(1, abs=0.05), 0, 0, None)
+    # it is drawn so thick, but that was not measured
+    (screen,) = (w for w in storey.walls if set(w.faces) == {front.id, back.id})
+    assert screen.thickness is None
+    assert screen.drawn_thickness == pytest.approx(0.05, abs=1e-6)
     (whole,) = storey.rooms
     assert whole.area == pytest.approx(22, abs=0.2)
 

@@ -51,6 +51,7 @@ class Face(Directed):
     fixed : whether start and end are corners.
     score : the higher, the surer.
     curve : number of the curved wall that it is a chord of, else None.
+    seen : whether it was seen, or stands where the other face of its wall tells.
     """
 
     line: int
@@ -59,6 +60,7 @@ class Face(Directed):
     score: float
     fixed: tuple[bool, bool] = (False, False)
     curve: int | None = None
+    seen: bool = True
 
 
 def segments_of(faces: Sequence[Face]) -> FloatArray:
@@ -398,6 +400,8 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     seen = np.bincount(np.unique(face_of * span + at) // span, minlength=len(faces))
     plan = []
     for i, face in enumerate(faces):
+        if not face.seen:
+            count[i] = seen[i] = square[i] = 0
         (x1, y1), (x2, y2) = voxels.origin + face.start, voxels.origin + face.end
         start, end = (float(x1), float(y1)), (float(x2), float(y2))
         share = min(float(seen[i]) / max(np.ceil(face.length / step), 1), 1.0)

@@ -6,9 +6,14 @@ floor before either. Where the two faces share voxels, the voxels' second moment
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
+from asbuilt.elevations import Elevations
+from asbuilt.faces import Face, covered_length, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.profiles import StoreyVoxels
 
 _MIN_LENGTH = 1.5
@@ -24,6 +29,10 @@ _APART = 0.3
 """What stands on a line further apart than this is not one thing, m, as seen in steps of so many m."""
 _SIDE = 0.25
 """What is looked for of a cupboard's side, m."""
+_UNSEEN = 0.05
+"""Screens that do not show how thick they are are this thick, m."""
+_FREE = 0.3
+"""Behind a screen there is no other wall so near, m."""
 _SHARED = 0.09
 """The faces of a partition thinner than this share voxels, m."""
 
@@ -74,6 +83,35 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     kept = ~replaced
     marked = np.concatenate([np.ones(len(faces), dtype=np.bool_), partition[kept]])
     return np.concatenate([np.array(faces).reshape(-1, 4), lines[kept]]), marked
+
+
+def draw_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
+    """Faces with the backs of screens of which the fronts alone were seen, as thick as the storey's other screens.
+
+    Where no screen shows how thick it is, they are taken to be 5 cm thick.
+    """
+    segments = segments_of(faces)
+    thickness, single = [], []
+    for i, near in enumerate(near_each(segments, segments, _FREE)):
+        face = faces[i]
+        if not elevations.partition[face.line]:
+            continue
+        back = replace(face, start=face.end, end=face.start)
+        apart = [
+            -float(((faces[j].start + faces[j].end) / 2 - face.start) @ face.normal)
+            for j in near
+            if covered_length(back, faces[j], _FREE) > 0.3 * face.length
+        ]
+        behind = [distance for distance in apart if distance > 0]
+        if not apart:
+            single.append((face, back))
+        elif behind and min(behind) < _SHARED:
+            thickness.append(min(behind))
+    usual = float(np.median(thickness)) if thickness else _UNSEEN
+    return faces + [
+        replace(back, start=back.start - usual * face.normal, end=back.end - usual * face.normal, seen=False)
+        for face, back in single
+    ]
 
 
 def _stretches(z: FloatArray, along: FloatArray, offset: FloatArray, length: float) -> list[tuple[float, float]]:
@@ -152,7 +190,8 @@ def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray)
         chosen = chosen & (along >= low) & (along < high)
         return len(np.unique((along[chosen] / 0.1).astype(np.int64))) * 0.1 / (high - low)
 
-    front = max((1, -1), key=lambda sign: covered(on_floor & (sign * offset > 0.03) & (sign * offset < 0.13)))
+    # On the other side its body stands on the floor.
+    front = max((1, -1), key=lambda sign: np.count_nonzero(on_floor & (sign * offset > 0) & (sign * offset < 0.13)))
     behind = -front * offset
     if length < 2.5 or covered(on_floor & (behind < -0.03) & (behind > -0.13)) < 0.7:
         return None

@@ -25,7 +25,7 @@ from asbuilt.lines import detect_lines
 from asbuilt.openings import find_openings
 from asbuilt.orientation import dominant_orientations, snap_to
 from asbuilt.params import Parameters
-from asbuilt.partitions import find_partitions
+from asbuilt.partitions import draw_backs, find_partitions
 from asbuilt.plan import FloorPlan, Storey, WallFace
 from asbuilt.profiles import columns, storey_voxels
 from asbuilt.read import PathLike, PointCloud, read
@@ -128,7 +128,7 @@ def _plan_by_profiles(
     openings = find_openings(faces, elevations, scores, voxels, level.index)
     enclosed = find_rooms(faces, openings.doors, elevations, voxels)
     faces = finish_faces(draw_room_faces(faces, enclosed, openings.doors, openings.windows, elevations, scores, voxels))
-    faces = drop_unlikely(faces, enclosed, elevations, voxels)
+    faces = draw_backs(drop_unlikely(faces, enclosed, elevations, voxels), elevations)
     wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
     rooms = measure_rooms(enclosed, voxels, level, evidence.scans)
     walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)

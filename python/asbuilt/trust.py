@@ -100,7 +100,11 @@ def trust_faces(
     looks = look_at(faces, elevations, voxels)
     sigma, confidence = position_sigma(looks), chance(looks.features)
     return tuple(
-        replace(face, sigma=float(sigma[i]) if looks.supported[i] else None, confidence=float(confidence[i]))
+        replace(
+            face,
+            sigma=float(sigma[i]) if looks.supported[i] and faces[i].seen else None,
+            confidence=float(confidence[i]),
+        )
         for i, face in enumerate(wall_faces)
     )
 

@@ -98,6 +98,9 @@ def find_walls(
         start, end = (_point(point + origin) for point in centrelines[number])
         outline = tuple(_point(corner + origin) for corner in outlines[number])
         measured = bool(np.isfinite(piece.left) and np.isfinite(piece.right))
+        seen = [faces[i].seen > 0 for i in piece.faces]
+        # Of a wall with a face that stands where the other one tells, the thickness was not measured.
+        measured &= all(seen) or not any(seen)
         thickness = piece.left - piece.right if measured else None
         names = tuple(faces[i].id for i in piece.faces)
         name = f"S{storey}-W{number + 1}"

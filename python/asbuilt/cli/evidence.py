@@ -103,9 +103,7 @@ def evidence_command(
 
 
 def merge_command(
-    inputs: Annotated[
-        list[Path], typer.Argument(metavar="EVIDENCE", help="Evidence files.", show_default=False)
-    ],
+    inputs: Annotated[list[Path], typer.Argument(metavar="EVIDENCE", help="Evidence files.", show_default=False)],
     output: Output,
 ) -> None:
     """Put evidence files together: the same bytes as if all their scans had been read at once.
