@@ -11,7 +11,7 @@ import pytest
 
 import asbuilt
 from asbuilt import Evidence, InputError, ParameterError, _core, evidence_from_points, gather_evidence
-from asbuilt.evidence import in_company, rows_in, unique_rows
+from asbuilt.evidence import in_company, rows_in, squeezed, unique_rows
 from asbuilt.params import EvidenceParameters
 from rooms import write_las
 
@@ -158,3 +158,14 @@ def test_coarser_voxels_and_company_against_numpy() -> None:
         together = (apart <= 1).sum(axis=1) >= least
         assert 0 < together.sum() < len(index)
         assert np.array_equal(in_company(index, factor, least), together)
+
+
+def test_squeezed_cells_keep_what_is_near_and_lose_what_lies_between() -> None:
+    rng = np.random.default_rng(0)
+    cells = rng.integers(0, 9, (100, 2)) + np.repeat([(0, 0), (-70_000, 90_000)], 50, axis=0)
+    found = squeezed(cells, 3)
+    assert found.min(axis=0).tolist() == [0, 0]
+    assert found.max() < 2 * 9 + 3
+    before, after = (np.abs(part[:, None] - part).astype(int) for part in (cells, found))
+    np.testing.assert_array_equal(np.minimum(after, 4), np.minimum(before, 4))
+    assert (np.sign(found[:, None] - found) == np.sign(cells[:, None] - cells)).all()

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asbuilt.evidence import squeezed
 from asbuilt.faces import Face, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
@@ -117,11 +118,10 @@ def find_clusters(voxels: StoreyVoxels) -> list[IntArray]:
     if not standing.any():
         return []
     first = voxels.first
-    cells = voxels.index[first[:-1]].astype(np.int64)
     filled = np.add.reduceat(standing, first[:-1], dtype=np.int64)
     usual = float(np.percentile(filled[filled > 0.3 * filled.max()], 75))
     margin = max(gap for _, gap in _TALL)
-    cells = cells - cells.min(axis=0) + margin
+    cells = squeezed(voxels.index[first[:-1]], 2 * margin + 1) + margin
     shape = tuple(cells.max(axis=0) + margin + 1)
     clusters: dict[tuple[int, ...], IntArray] = {}
     for tall, gap in _TALL:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt.evidence import Evidence, count_rows, in_company, rows_in
+from asbuilt.evidence import Evidence, count_rows, in_company, rows_in, squeezed
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.params import StoreyParameters
 
@@ -197,7 +197,7 @@ def _patch_share(cells: IntArray) -> float:
     """Share of ground cells (n, 2) about which half of the 24 others within two cells are among them, too."""
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
-    cells = cells - cells.min(axis=0)
+    cells = squeezed(cells, 4)
     picture = np.zeros(cells.max(axis=0) + 1)
     picture[tuple(cells.T)] = 1
     about = ndimage.uniform_filter(picture, 5, mode="constant")
