@@ -46,6 +46,8 @@ _PARTED = 0.45
 """Share of an edge over which that shows from which it parts two rooms."""
 _MIN_AREA = 0.8
 """Smaller ones are no rooms, m2."""
+_SLIT = 0.02
+"""Cells that meet over no more than this, m, as where a line ends a hair behind another, do not join."""
 _MIN_WIDTH = 0.4
 """Neither are narrower ones, m."""
 _JOINING = (0.4, 0.6, 0.9, 1.4, 2.1, 3.0)
@@ -116,7 +118,7 @@ def find_rooms(
             np.add.at(total, cell[chosen], edges.length[chosen])
     # The body of a wall lies behind its faces.
     indoor = (inside >= outside) & (seen > 0.3)
-    between = (edges.left >= 0) & (edges.right >= 0) & (edges.facing == 0)
+    between = (edges.left >= 0) & (edges.right >= 0) & (edges.facing == 0) & (edges.length > _SLIT)
     between[between] &= indoor[edges.left[between]] & indoor[edges.right[between]]
     open_edges = np.flatnonzero(between)
     width = _width(edges.ends[open_edges], lines[len(segments) :])
