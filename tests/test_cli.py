@@ -22,7 +22,7 @@ from asbuilt.export import known_suffixes
 from asbuilt.storeys import HeightHistogram, Level
 from rooms import write_las
 
-ASBUILT = [sys.executable, "-c", "from asbuilt.cli import main; main()"]
+ASBUILT = [sys.executable, "-m", "asbuilt"]
 
 
 @pytest.fixture(scope="module")
