@@ -86,6 +86,7 @@ def draw_room_faces(
     tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
     straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
     elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
+    well_seen = usual_filling(elevations) * (_STANDING[1] - _STANDING[0]) / elevations.step
     drawn: list[Face] = []
     taken = np.zeros(len(faces), dtype=np.bool_)
     within: list[list[tuple[float, float]]] = [[] for _ in faces]
@@ -112,7 +113,9 @@ def draw_room_faces(
         # What stands free in a room shows on all its sides, or is none of a wall.
         beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _BESIDE) & (shared > 0.3 * side.length)).any())
         glazed = _openings_on(side, panes)
-        wall = _without(_filled(side, stretches + glazed, own, gone, elevations, scores, voxels, beside), gone)
+        wall = _without(
+            _filled(side, stretches + glazed, own, gone, elevations, scores, voxels, well_seen, beside), gone
+        )
         for low, high in wall:
             if high - low < 0.1:
                 continue
@@ -199,16 +202,20 @@ def _filled(
     elevations: Elevations,
     scores: FloatArray,
     voxels: StoreyVoxels,
+    well_seen: float,
     beside: bool,
 ) -> list[tuple[float, float]]:
-    """The stretches of a side on which faces stand, and those between them on which wall is hidden."""
+    """The stretches of a side on which faces stand, and those between them on which wall is hidden.
+
+    `well_seen` is how many voxels stand on a step of a well seen wall.
+    """
     rest = _without([(0.0, side.length)], stretches + gone)
     if own:
         hidden = [(a, b) for a, b in rest if _is_hidden(side, a, b, own, elevations, scores)]
     else:
         # Beside another face, what shows is that one.
         rest = [] if beside else rest
-        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels, elevations)]
+        hidden = [(a, b) for a, b in rest if _shows(side, a, b, voxels, well_seen, elevations.step)]
     return _merged(stretches + hidden)
 
 
@@ -237,16 +244,15 @@ def _passed(
     return scores[first + steps[0] : first + steps[1]]
 
 
-def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, elevations: Elevations) -> bool:
+def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, well_seen: float, step: float) -> bool:
     """Whether something stands on a stretch of a side without faces."""
-    length, step = high - low, elevations.step
+    length = high - low
     if not 0.1 < length < _ALONE[1]:
         return False
     segment = np.concatenate([side.start + low * side.along, side.start + high * side.along])[None]
     _, voxel, place, _ = voxels.strips(segment, _ON_SIDE)
     standing = (voxels.z[voxel] > _STANDING[0]) & (voxels.z[voxel] < _STANDING[1])
     counts = np.bincount((place[standing] / step).astype(np.int64), minlength=1)
-    well_seen = usual_filling(elevations) * (_STANDING[1] - _STANDING[0]) / step
     return bool((counts >= _FILLED * well_seen).sum() * step > _SHOWS[length > _ALONE[0]] * length)
 
 
