@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from asbuilt import _core
 from asbuilt.params import WallParameters
 from asbuilt.profiles import StoreyVoxels, columns
 from asbuilt.wall_lines import find_wall_lines, fit_lines, join_collinear
@@ -65,10 +66,11 @@ def test_pieces_of_a_plane_are_joined() -> None:
 
 def test_a_fit_against_least_squares() -> None:
     rng = np.random.default_rng(0)
-    x = rng.uniform(0, 6, 500)
+    x = np.sort(rng.uniform(0, 6, 500))
     xy = np.column_stack([x, 0.01 + 0.002 * x + rng.normal(0, 0.003, 500)])
     weights = rng.integers(1, 50, 500).astype(np.float64)
-    found = fit_lines(np.array([[0.0, 0.0, 6.0, 0.0]]), xy, weights, 0.05)
+    places = _core.Places(xy, np.floor(xy).astype(np.int64), 1.0)
+    found = fit_lines(np.array([[0.0, 0.0, 6.0, 0.0]]), places, weights, 0.05)
     slope, offset = np.polyfit(xy[:, 0], xy[:, 1], 1, w=np.sqrt(weights))
     # offsets are measured across the line, and the ends move across it: of second order
     assert found[0, [1, 3]] == pytest.approx(offset + slope * found[0, [0, 2]], abs=1e-5)

@@ -19,8 +19,6 @@ __all__ = [
     "in_company",
     "means_along",
     "read_header",
-    "strips",
-    "trace_lines",
 ]
 
 VERSION: str
@@ -103,6 +101,16 @@ class Places:
     def strips(
         self, segments: NDArray[np.float64], half_width: float, margin: float
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
+    def trace_lines(
+        self,
+        weights: NDArray[np.float64],
+        *,
+        band: float,
+        reach: float,
+        gap: float,
+        min_weight: float,
+        min_length: float,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
     def hits(
         self,
         heights: NDArray[np.float64],
@@ -168,16 +176,3 @@ def hough_lines(
     min_votes: int,
     max_lines: int,
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]: ...
-def strips(
-    points: NDArray[np.float64], segments: NDArray[np.float64], half_width: float, margin: float
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
-def trace_lines(
-    points: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    *,
-    band: float,
-    reach: float,
-    gap: float,
-    min_weight: float,
-    min_length: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...

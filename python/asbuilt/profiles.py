@@ -148,10 +148,12 @@ class Columns:
 
     Attributes
     ----------
+    index : (n, 2) the cell of each column, sorted.
     xy : (n, 2) mean over the voxels of each column, m from the storey's origin.
     filled : (n,) number of voxels filled between floor and ceiling.
     """
 
+    index: IntArray
     xy: FloatArray
     filled: FloatArray
 
@@ -161,9 +163,10 @@ def columns(voxels: StoreyVoxels, low: float = 0.15, under_ceiling: float = 0.1)
     inside = (voxels.z > low) & (voxels.z < voxels.height - under_ceiling)
     cells, xy = voxels.index[inside], voxels.xy[inside]
     if len(cells) == 0:
-        return Columns(np.zeros((0, 2)), np.zeros(0))
+        return Columns(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
     # They come sorted by their cells.
-    column = np.concatenate([[0], np.cumsum((np.diff(cells[:, 0]) != 0) | (np.diff(cells[:, 1]) != 0))])
+    new = np.concatenate([[True], (np.diff(cells[:, 0]) != 0) | (np.diff(cells[:, 1]) != 0)])
+    column = np.cumsum(new) - 1
     filled = np.bincount(column).astype(np.float64)
     mean = np.column_stack([np.bincount(column, xy[:, axis]) / filled for axis in (0, 1)])
-    return Columns(mean, filled)
+    return Columns(cells[new], mean, filled)

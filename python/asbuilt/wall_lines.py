@@ -1,7 +1,7 @@
 """Lines along which walls may stand, to a millimetre (not in the paper).
 
 The paper's Hough transform over all cells of a storey is as coarse as its bins. Here lines are traced from place to
-place (`asbuilt._core.trace_lines`), joined where they continue each other, and fitted to the means of the voxels
+place (`asbuilt._core.Places.trace_lines`), joined where they continue each other, and fitted to the means of the voxels
 along them.
 """
 
@@ -24,9 +24,9 @@ def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallPara
     # Where most voxels hold one point, as many again were missed.
     density = float(np.clip(((1 - voxels.thinness) / 0.55) ** 2, 0.15, 1.0))
     tall = columns.filled >= max(density * parameters.min_profile / voxels.voxel, 2)
-    xy, weights = columns.xy[tall], columns.filled[tall]
-    lines, strength = _core.trace_lines(
-        xy,
+    index = columns.index[tall].astype(np.int64, copy=False)
+    places, weights = _core.Places(columns.xy[tall], index, voxels.voxel), columns.filled[tall]
+    lines, strength = places.trace_lines(
         weights,
         band=parameters.band,
         reach=0.5,
@@ -35,7 +35,7 @@ def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallPara
         min_length=0.1,
     )
     lines = join_collinear(lines, strength, parameters)
-    return fit_lines(lines, xy, weights, parameters.band)
+    return fit_lines(lines, places, weights, parameters.band)
 
 
 def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallParameters) -> FloatArray:
@@ -74,11 +74,11 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
     return np.array(joined).reshape(-1, 4)
 
 
-def fit_lines(lines: FloatArray, xy: FloatArray, weights: FloatArray, band: float, rounds: int = 3) -> FloatArray:
-    """Fit each line (n, 4), m, to the points (m, 2) within `band` of it by weighted least squares of their offsets."""
+def fit_lines(lines: FloatArray, places: _core.Places, weights: FloatArray, band: float, rounds: int = 3) -> FloatArray:
+    """Fit each line (n, 4), m, to the points within `band` of it by weighted (m,) least squares of their offsets."""
     count = len(lines)
     for _ in range(rounds):
-        line, point, along, offset = _core.strips(xy, lines, band, band)
+        line, point, along, offset = places.strips(lines, band, band)
         weight = weights[point]
 
         def total(values: FloatArray, line: IntArray = line, weight: FloatArray = weight) -> FloatArray:

@@ -10,7 +10,6 @@ pub mod heights;
 pub mod hits;
 pub mod hough;
 mod lattice;
-pub mod neighbours;
 pub mod places;
 pub mod read;
 pub mod store;

@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use crate::neighbours::Neighbours;
+use crate::places::Places;
 
 /// How lines are traced.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,10 +71,9 @@ impl Sums {
     }
 }
 
-/// Trace lines through `points` (m) of the given weights, strongest place first. Each point belongs to one line at
-/// most.
-pub fn trace(points: &[[f64; 2]], weights: &[f64], search: &Trace) -> Vec<Line> {
-    let neighbours = Neighbours::new(points, search.reach / 2.0);
+/// Trace lines through points of the given weights, strongest place first. Each point belongs to one line at most.
+pub fn trace(places: &Places, weights: &[f64], search: &Trace) -> Vec<Line> {
+    let points = places.points();
     let directions: Vec<[f64; 2]> = (0..ORIENTATIONS)
         .map(|i| {
             let (sine, cosine) = (PI * i as f64 / ORIENTATIONS as f64).sin_cos();
@@ -82,10 +81,8 @@ pub fn trace(points: &[[f64; 2]], weights: &[f64], search: &Trace) -> Vec<Line> 
         })
         .collect();
     let mut free = vec![true; points.len()];
-    let strengths: Vec<f64> = (0..points.len())
-        .into_par_iter()
-        .map(|i| strongest(i, points, weights, &neighbours, &directions, search, None).0)
-        .collect();
+    let strengths: Vec<f64> =
+        (0..points.len()).into_par_iter().map(|i| strongest(i, places, weights, &directions, search, None).0).collect();
     let mut seeds: Vec<usize> = (0..points.len()).filter(|&i| strengths[i] >= search.min_weight).collect();
     seeds.sort_by(|&a, &b| strengths[b].total_cmp(&strengths[a]).then(a.cmp(&b)));
     let mut lines = Vec::new();
@@ -93,11 +90,11 @@ pub fn trace(points: &[[f64; 2]], weights: &[f64], search: &Trace) -> Vec<Line> 
         if !free[seed] {
             continue;
         }
-        let (strength, direction) = strongest(seed, points, weights, &neighbours, &directions, search, Some(&free));
+        let (strength, direction) = strongest(seed, places, weights, &directions, search, Some(&free));
         if strength < search.min_weight {
             continue;
         }
-        if let Some((line, members)) = follow(seed, direction, points, weights, &neighbours, &free, search) {
+        if let Some((line, members)) = follow(seed, direction, places, weights, &free, search) {
             members.iter().for_each(|&i| free[i] = false);
             if line.weight >= search.min_weight && length(line.ends) >= search.min_length {
                 lines.push(line);
@@ -112,17 +109,17 @@ pub fn trace(points: &[[f64; 2]], weights: &[f64], search: &Trace) -> Vec<Line> 
 /// The orientation through a point that gathers most weight around it, and that weight.
 fn strongest(
     seed: usize,
-    points: &[[f64; 2]],
+    places: &Places,
     weights: &[f64],
-    neighbours: &Neighbours,
     directions: &[[f64; 2]],
     search: &Trace,
     free: Option<&[bool]>,
 ) -> (f64, [f64; 2]) {
+    let points = places.points();
     let centre = points[seed];
     let mut sums = [0.0; ORIENTATIONS];
     let reach = search.reach;
-    neighbours.in_box([centre[0] - reach, centre[1] - reach], [centre[0] + reach, centre[1] + reach], |i| {
+    places.in_box([centre[0] - reach, centre[1] - reach], [centre[0] + reach, centre[1] + reach], |i| {
         let [x, y] = [points[i][0] - centre[0], points[i][1] - centre[1]];
         if x * x + y * y > reach * reach || free.is_some_and(|free| !free[i]) {
             return;
@@ -146,12 +143,12 @@ fn strongest(
 fn follow(
     seed: usize,
     direction: [f64; 2],
-    points: &[[f64; 2]],
+    places: &Places,
     weights: &[f64],
-    neighbours: &Neighbours,
     free: &[bool],
     search: &Trace,
 ) -> Option<(Line, Vec<usize>)> {
+    let points = places.points();
     let start = points[seed];
     let mut ends = [
         start[0] - direction[0] * search.reach,
@@ -165,7 +162,7 @@ fn follow(
     let mut line = None;
     for round in 0..MAX_ROUNDS {
         let mut strip = Vec::new();
-        neighbours.in_strip(ends, band, margin, |i, along, offset| {
+        places.in_strip(ends, band, margin, |i, along, offset| {
             if free[i] {
                 strip.push((along, offset, i));
             }
@@ -199,7 +196,7 @@ fn follow(
     }
     let line = line?;
     let mut members = Vec::new();
-    neighbours.in_strip(line.ends, 1.5 * search.band, search.band, |i, _, _| {
+    places.in_strip(line.ends, 1.5 * search.band, search.band, |i, _, _| {
         if free[i] {
             members.push(i);
         }
@@ -239,6 +236,14 @@ fn moved(a: [f64; 4], b: [f64; 4]) -> f64 {
 mod tests {
     use super::*;
 
+    /// Points in the order of their cells.
+    fn places(mut points: Vec<[f64; 2]>) -> Places {
+        let index = |point: &[f64; 2]| point.map(|x| (x / 0.05).floor() as i32);
+        points.sort_by_key(index);
+        let cells: Vec<_> = points.iter().map(index).collect();
+        Places::new(points, &cells, 0.05).unwrap()
+    }
+
     const SEARCH: Trace = Trace { band: 0.03, reach: 0.5, gap: 0.7, min_weight: 5.0, min_length: 0.1 };
 
     fn row(x0: f64, y0: f64, angle: f64, length: f64) -> Vec<[f64; 2]> {
@@ -250,7 +255,8 @@ mod tests {
     fn two_faces_ten_centimetres_apart_stay_two() {
         let mut points = row(0.0, 0.0, 0.3, 6.0);
         points.extend(row(-0.1 * 0.3_f64.sin(), 0.1 * 0.3_f64.cos(), 0.3, 6.0));
-        let lines = trace(&points, &vec![1.0; points.len()], &SEARCH);
+        let weights = vec![1.0; points.len()];
+        let lines = trace(&places(points), &weights, &SEARCH);
         assert_eq!(lines.len(), 2);
         for line in lines {
             assert!((length(line.ends) - 6.0).abs() < 1e-6, "{line:?}");
@@ -262,13 +268,14 @@ mod tests {
         let mut points = row(0.0, 0.0, 0.0, 5.0);
         points.extend(row(0.0, 0.05, PI / 2.0, 4.0));
         points.extend(row(6.0, 0.0, 0.0, 2.0));
-        let lines = trace(&points, &vec![1.0; points.len()], &SEARCH);
+        let weights = vec![1.0; points.len()];
+        let lines = trace(&places(points), &weights, &SEARCH);
         assert_eq!(lines.len(), 3, "{lines:?}");
     }
 
     #[test]
     fn nothing_is_found_in_nothing() {
-        assert!(trace(&[], &[], &SEARCH).is_empty());
-        assert!(trace(&[[1.0, 1.0]], &[1.0], &SEARCH).is_empty());
+        assert!(trace(&places(vec![]), &[], &SEARCH).is_empty());
+        assert!(trace(&places(vec![[1.0, 1.0]]), &[1.0], &SEARCH).is_empty());
     }
 }

@@ -10,7 +10,6 @@ mod hough;
 mod places;
 mod read;
 mod rows;
-mod trace;
 
 use pyo3::prelude::*;
 
@@ -30,8 +29,6 @@ mod _core {
     use crate::places::Places;
     #[pymodule_export]
     use crate::read::{PointReader, formats, read_header};
-    #[pymodule_export]
-    use crate::trace::{strips, trace_lines};
 
     /// Version of the package.
     #[pymodule_export]

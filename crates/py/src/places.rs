@@ -1,6 +1,7 @@
 //! Points on a lattice of ground cells, found by place.
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use asbuilt_core::trace::{Trace, trace};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -72,6 +73,30 @@ impl Places {
         ))
     }
 
+    /// Lines (n, 4), m, and their weights (n,), traced through the points, which weigh (m,), strongest place first.
+    #[pyo3(signature = (weights, *, band, reach, gap, min_weight, min_length))]
+    #[allow(clippy::too_many_arguments, clippy::type_complexity, reason = "keywords and arrays in Python")]
+    fn trace_lines<'py>(
+        &self,
+        py: Python<'py>,
+        weights: PyReadonlyArray1<'py, f64>,
+        band: f64,
+        reach: f64,
+        gap: f64,
+        min_weight: f64,
+        min_length: f64,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+        let weights = weights.as_array().to_vec();
+        if weights.len() != self.inner.points().len() {
+            return Err(PyValueError::new_err("expected a weight for each point"));
+        }
+        let search = Trace { band, reach, gap, min_weight, min_length };
+        let lines = py.detach(|| trace(&self.inner, &weights, &search));
+        let ends: Vec<f64> = lines.iter().flat_map(|line| line.ends).collect();
+        let weights: Vec<f64> = lines.iter().map(|line| line.weight).collect();
+        Ok((ends.into_pyarray(py).reshape([weights.len(), 4])?, weights.into_pyarray(py)))
+    }
+
     /// The points within `half_width` of each line (n, 4) and at most `margin` beyond its ends, m, by the steps of
     /// `step` metres from the margin before its start: line i has those from `first[i]` to before `first[i + 1]`.
     /// `heights` (m,) are those of all points, m.
@@ -89,7 +114,7 @@ impl Places {
         let lines: Vec<[f64; 4]> = rows("lines", &lines)?;
         let first: Vec<usize> = first.as_array().iter().map(|&i| i as usize).collect();
         let heights = heights.as_slice()?;
-        if first.len() != lines.len() + 1 || heights.len() != self.inner.len() {
+        if first.len() != lines.len() + 1 || heights.len() != self.inner.points().len() {
             return Err(PyValueError::new_err("expected a first step for each line, and a height for each point"));
         }
         let steps = first[lines.len()];

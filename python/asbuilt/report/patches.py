@@ -72,7 +72,8 @@ def cut_faces(plan: FloorPlan, evidence: Evidence) -> Patches:
     segments = np.array([(*face.start, *face.end) for face, _ in faces]).reshape(-1, 4)
     heights = np.array([(storey.floor + _CLEAR[0], storey.ceiling - _CLEAR[1]) for _, storey in faces]).reshape(-1, 2)
     place = evidence.index * evidence.voxel + evidence.mean
-    face, voxel, along, offset = _core.strips(np.ascontiguousarray(place[:, :2]), segments, _ON_FACE, 0.0)
+    places = _core.Places(place[:, :2], evidence.index[:, :2].astype(np.int64), evidence.voxel)
+    face, voxel, along, offset = places.strips(segments, _ON_FACE, 0.0)
     standing = (place[voxel, 2] > heights[face, 0]) & (place[voxel, 2] < heights[face, 1])
     face, voxel, along, offset = face[standing], voxel[standing], along[standing], offset[standing]
 
