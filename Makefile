@@ -80,10 +80,12 @@ docs: setup ## the documentation, into out/docs; a warning fails
 	@echo "out/docs/index.html"
 
 POINTS ?= 50000000
-bench: setup ## speed against peers, into docs/benchmarks.md (an hour and 12 GB in out/bench; POINTS=5000000 for less)
+BUILDING ?= examples/small_house/scans.laz
+bench: setup ## speed against peers and what plans cost, into docs/benchmarks.md (an hour and 12 GB in out/bench; POINTS=5000000 for less, BUILDING=... to plan)
 	$(BIN)/python -m pip install --group bench
 	cargo build --release --quiet -p asbuilt-core --example peers
 	$(BIN)/python benches/run.py out/bench/$(POINTS) --points $(POINTS)
+	$(BIN)/python benches/plan.py $(BUILDING)
 
 ACCURACY ?= --worse
 bench-accuracy: setup ## the accuracy tables (an hour; with ACCURACY= a few minutes, without worsened clouds)
