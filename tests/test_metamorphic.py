@@ -27,7 +27,6 @@ KNOWN: dict[tuple[str, str], str] = {
     ("flat", "a tenth of the points"): "F lost 0.093",
     ("flat", "one scan per room"): "F lost 0.039, E_D times 1.63",
     ("fzk_haus", "10 mm more noise"): "F lost 0.007, E_D times 1.65",
-    ("fzk_haus", "without ceilings"): "F lost 0.029",
     ("fzk_haus", "one scan per room"): "F lost 0.017, E_D times 1.67",
 }
 

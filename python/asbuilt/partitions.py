@@ -6,9 +6,11 @@ floor before either. Where the two faces share voxels, the voxels' second moment
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from asbuilt.elevations import Elevations
 from asbuilt.faces import Face, covered_length, segments_of
@@ -85,16 +87,21 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     return np.concatenate([np.array(faces).reshape(-1, 4), lines[kept]]), marked
 
 
-def draw_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
+def draw_backs(faces: list[Face], rooms: Sequence[shapely.Polygon], elevations: Elevations) -> list[Face]:
     """Faces with the backs of screens of which the fronts alone were seen, as thick as the storey's other screens.
 
-    Where no screen shows how thick it is, they are taken to be 5 cm thick.
+    Where no screen shows how thick it is, they are taken to be 5 cm thick. A screen stands in a room (polygons, m from
+    the storey's origin), which goes on behind it.
     """
+    if not faces:
+        return faces
     segments = segments_of(faces)
+    behind_each = [(face.start + face.end) / 2 - _FREE / 2 * face.normal for face in faces]
+    within = shapely.covers(shapely.union_all(rooms), shapely.points(behind_each))
     thickness, single = [], []
     for i, near in enumerate(near_each(segments, segments, _FREE)):
         face = faces[i]
-        if not elevations.partition[face.line]:
+        if not (elevations.partition[face.line] and within[i]):
             continue
         back = replace(face, start=face.end, end=face.start)
         apart = [

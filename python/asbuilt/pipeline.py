@@ -128,7 +128,7 @@ def _plan_by_profiles(
     openings = find_openings(faces, elevations, scores, voxels, level.index)
     enclosed = find_rooms(faces, openings.doors, elevations, voxels)
     faces = finish_faces(draw_room_faces(faces, enclosed, openings.doors, openings.windows, elevations, scores, voxels))
-    faces = draw_backs(drop_unlikely(faces, enclosed, elevations, voxels), elevations)
+    faces = draw_backs(drop_unlikely(faces, enclosed, elevations, voxels), enclosed, elevations)
     wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)
     rooms = measure_rooms(enclosed, voxels, level, evidence.scans)
     walls = find_walls(wall_faces, openings.all, level.index, parameters.walls.unseen_thickness)
