@@ -81,10 +81,11 @@ def test_hits_are_counted_by_step_depth_and_height(voxels: StoreyVoxels) -> None
         inside = (side * offset > depth[0][at]) & (side * offset < depth[1][at])
         inside &= (z - about[at] > -0.4) & (z - about[at] < 0.3)
         assert inside.sum() > 50
-        assert np.array_equal(hits.count(sides, depth, about, height), np.bincount(at[inside], minlength=steps))
+        ranges = (sides, depth, about, height)
+        assert np.array_equal(hits.count(ranges), np.bincount(at[inside], minlength=steps))
         for found, values in (
-            (hits.by_depth(sides, depth, about, height, 0.1, 3), side * offset),
-            (hits.by_height(sides, depth, about, height, 0.1, 30), z),
+            (hits.by_depth(ranges, 0.1, 3), side * offset),
+            (hits.by_height(ranges, 0.1, 30), z),
         ):
             expected = np.zeros(found.shape)
             cell = (values[inside] / 0.1).astype(np.int64)

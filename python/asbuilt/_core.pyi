@@ -1,7 +1,7 @@
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, Self, TypedDict, final
+from typing import Any, Self, TypeAlias, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,35 +121,20 @@ class Places:
         first: NDArray[np.int64],
     ) -> Hits: ...
 
+_Ranges: TypeAlias = tuple[
+    NDArray[np.float64],
+    tuple[NDArray[np.float64], NDArray[np.float64]],
+    NDArray[np.float64],
+    tuple[NDArray[np.float64], NDArray[np.float64]],
+]
+
 @final
 class Hits:
     @property
     def highest(self) -> float: ...
-    def count(
-        self,
-        side: NDArray[np.float64],
-        depth: tuple[NDArray[np.float64], NDArray[np.float64]],
-        about: NDArray[np.float64],
-        height: tuple[NDArray[np.float64], NDArray[np.float64]],
-    ) -> NDArray[np.uint32]: ...
-    def by_depth(
-        self,
-        side: NDArray[np.float64],
-        depth: tuple[NDArray[np.float64], NDArray[np.float64]],
-        about: NDArray[np.float64],
-        height: tuple[NDArray[np.float64], NDArray[np.float64]],
-        cell: float,
-        cells: int,
-    ) -> NDArray[np.uint32]: ...
-    def by_height(
-        self,
-        side: NDArray[np.float64],
-        depth: tuple[NDArray[np.float64], NDArray[np.float64]],
-        about: NDArray[np.float64],
-        height: tuple[NDArray[np.float64], NDArray[np.float64]],
-        cell: float,
-        cells: int,
-    ) -> NDArray[np.uint32]: ...
+    def count(self, ranges: _Ranges) -> NDArray[np.uint32]: ...
+    def by_depth(self, ranges: _Ranges, cell: float, cells: int) -> NDArray[np.uint32]: ...
+    def by_height(self, ranges: _Ranges, cell: float, cells: int) -> NDArray[np.uint32]: ...
 
 def coarser(index: NDArray[np.int32], factor: int) -> NDArray[np.int64]: ...
 def heights_about(

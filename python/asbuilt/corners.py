@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt.elevations import MARGIN, Elevations
+from asbuilt.elevations import Elevations
 from asbuilt.faces import Face, covered_length, segments_of
 from asbuilt.grid import FloatArray
 from asbuilt.neighbours import near_each
@@ -245,14 +245,9 @@ def _crossings(
 
 def _cost(face: Face, beyond: float, at_end: bool, elevations: Elevations, scores: FloatArray) -> float:
     """What it takes to draw a face out by `beyond` m, or to cut it back: length, and length that speaks against it."""
-    start, along = elevations.lines[face.line, :2], elevations.along(face.line)
     tip = face.end if at_end else face.start
     moved = tip + (beyond if at_end else -beyond) * face.along
-    low, high = sorted((float((tip - start) @ along), float((moved - start) @ along)))
-    first = elevations.first[face.line]
-    count = elevations.first[face.line + 1] - first
-    steps = np.clip(((np.array([low, high]) + MARGIN) / elevations.step).astype(np.int64), 0, count)
-    passed = scores[first + steps[0] : first + steps[1]]
+    passed = scores[elevations.between(face.line, tip, moved)]
     # A hidden stretch costs nothing more; one where neither wall nor room was seen does.
     against = 1.5 * (passed < -1).sum() + (passed < -0.2).sum() if beyond > 0 else (passed > 0.8).sum()
     return 0.35 * abs(beyond) + float(against) * elevations.step

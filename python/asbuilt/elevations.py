@@ -91,6 +91,14 @@ class Elevations:
         """Middle of each step along a line, m from its start."""
         return (np.arange(self.first[line + 1] - self.first[line]) + 0.5) * self.step - MARGIN
 
+    def between(self, line: int, one: FloatArray, other: FloatArray) -> slice:
+        """The steps of a line beside a stretch between two points (2,), m from the storey's origin; none beyond it."""
+        start, along = self.lines[line, :2], self.along(line)
+        ends = np.sort([float((point - start) @ along) for point in (one, other)])
+        first, last = (int(i) for i in self.first[line : line + 2])
+        low, high = np.clip(((ends + MARGIN) / self.step).astype(np.int64), 0, last - first).tolist()
+        return slice(first + low, first + high)
+
 
 def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels) -> Elevations:
     """The elevations of lines (n, 4), m from the storey's origin, of which some are partitions' (n,).
@@ -127,7 +135,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         for weight, reach in ((1, _NEAR[1]), (9, _CLOSE[1])):
             depth = (_NEAR[0], np.minimum(reach, beyond - 0.015))
             for level, within in zip(levels, _WITHIN, strict=True):
-                seen += weight * hits.count(*_ranges(total, sign, depth, level, (-within, within)))
+                seen += weight * hits.count(_ranges(total, sign, depth, level, (-within, within)))
         faces.append(seen)
     wide = 2 * round(0.4 / step) + 1
     left = partition[line_of] | (smooth(faces[0], first, wide) >= smooth(faces[1], first, wide))
@@ -139,10 +147,10 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     before, behind = np.where(left, floors, floors[::-1])
     rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
     on_plane = _ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    below = _filled_below(hits.by_height(*on_plane, step, rows) > 0)
+    below = _filled_below(hits.by_height(on_plane, step, rows) > 0)
 
     def share(side: FloatArray, depth: Ends, about: FloatArray | float, height: Ends, least: int = 1) -> FloatArray:
-        counts = hits.count(*_ranges(total, side, depth, about, height))
+        counts = hits.count(_ranges(total, side, depth, about, height))
         return smooth((counts >= least).astype(np.float64), first, 5)
 
     close = (_NEAR[0], np.minimum(_CLOSE[1], twin - 0.015))
@@ -249,7 +257,7 @@ def twin_distance(hits: _core.Hits, front_is: int, ceiling: FloatArray, first: I
     """
     upper = (ceiling - _UPPER[0], ceiling - _UPPER[1])
     behind = _ranges(len(ceiling), -front_is, (ON_PLANE + 0.01, np.inf), 0.0, upper)
-    filled = hits.by_depth(*behind, 0.02, int(np.ceil(_DEPTH / 0.02)))
+    filled = hits.by_depth(behind, 0.02, int(np.ceil(_DEPTH / 0.02)))
     dense = smooth_rows(filled.astype(np.float64), first, 2 * round(0.5 / step) + 1)
     dense[:, :-1] += dense[:, 1:]
     needed = 0.25 * (_UPPER[0] - _UPPER[1]) / step

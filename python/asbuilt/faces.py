@@ -62,6 +62,11 @@ class Face(Directed):
     curve: int | None = None
     seen: bool = True
 
+    @property
+    def turned(self) -> Face:
+        """The same stretch seen from its other side."""
+        return replace(self, start=self.end, end=self.start)
+
 
 def segments_of(faces: Sequence[Face]) -> FloatArray:
     """Start and end of each face (n, 4), m."""
@@ -142,11 +147,10 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
     kept: dict[int, Face] = {}
     for i, near in enumerate(near_each(segments_of(faces), segments_of(faces), apart)):
         face = faces[i]
-        turned = replace(face, start=face.end, end=face.start)
         if not any(
             covered_length(face, other, apart) > 0.5 * face.length
             or _is_sliver(face, other)
-            or (_before(face, other) and covered_length(turned, other, apart) > 0.5 * face.length)
+            or (_before(face, other) and covered_length(face.turned, other, apart) > 0.5 * face.length)
             for other in (kept[j] for j in near if j in kept)
         ):
             kept[i] = face
@@ -162,13 +166,12 @@ def drop_leaves(faces: list[Face]) -> list[Face]:
         face = faces[i]
         if face.length > _PARTITION:
             continue
-        turned = replace(face, start=face.end, end=face.start)
         backs = [
             j
             for j in near
             if faces[j].length < _PARTITION
             and not _before(face, faces[j])
-            and covered_length(turned, faces[j], _LEAF) > 0.5 * face.length
+            and covered_length(face.turned, faces[j], _LEAF) > 0.5 * face.length
         ]
         own = {i, *backs}
         if backs and any(set(near_tips[2 * i + end]) <= own for end in (0, 1)):

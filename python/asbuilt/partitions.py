@@ -103,7 +103,7 @@ def draw_backs(faces: list[Face], rooms: Sequence[shapely.Polygon], elevations: 
         face = faces[i]
         if not (elevations.partition[face.line] and within[i]):
             continue
-        back = replace(face, start=face.end, end=face.start)
+        back = face.turned
         apart = [
             -float(((faces[j].start + faces[j].end) / 2 - face.start) @ face.normal)
             for j in near

@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from asbuilt.directed import Directed
-from asbuilt.elevations import MARGIN, Elevations
+from asbuilt.elevations import Elevations
 from asbuilt.faces import Face, segments_of, usual_filling
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
@@ -140,7 +140,7 @@ def _beyond(face: Face, within: list[tuple[float, float]], elevations: Elevation
         if high - low < _BEHIND:
             continue  # no more than the wall that it meets there
         part = replace(face, start=face.start + low * face.along, end=face.start + high * face.along)
-        if (_passed(part, 0.0, part.length, face.line, elevations, scores) > 0).mean() > 0.5:
+        if (scores[elevations.between(face.line, part.start, part.end)] > 0).mean() > 0.5:
             parts.append(part)
     return parts
 
@@ -226,22 +226,12 @@ def _is_hidden(
     if high - low < 0.15:
         return True
     line = max(own, key=lambda f: f.length).line
-    passed = _passed(side, low, high, line, elevations, scores)
+    ends = (side.start + at * side.along for at in (low, high))
+    passed = scores[elevations.between(line, *ends)]
     if len(passed) == 0:
         return False
     against = float((passed < -1).mean())
     return against < (0.7 if high - low < _SHORT else 0.3)
-
-
-def _passed(
-    side: Directed, low: float, high: float, line: int, elevations: Elevations, scores: FloatArray
-) -> FloatArray:
-    """The scores of the steps (k,) of a line beside a side from `low` to `high`."""
-    start, along = elevations.lines[line, :2], elevations.along(line)
-    ends = sorted(float((side.start + at * side.along - start) @ along) for at in (low, high))
-    first, last = elevations.first[line], elevations.first[line + 1]
-    steps = np.clip(((np.array(ends) + MARGIN) / elevations.step).astype(np.int64), 0, last - first)
-    return scores[first + steps[0] : first + steps[1]]
 
 
 def _shows(side: _Side, low: float, high: float, voxels: StoreyVoxels, well_seen: float, step: float) -> bool:

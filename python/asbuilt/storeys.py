@@ -132,7 +132,10 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
     stood_on = gap > headroom
     base = int(occupied[:, 2].min())
     thin = float(np.mean(evidence.count == 1)) > 0.5
-    floors = _find_floors(occupied, gap, stood_on, _RUN_GAPS[thin], parameters)
+    foot, length = _runs(occupied, gap, _RUN_GAPS[thin])
+    tall = length >= round(_WALL / voxel)
+    walls = foot[tall], length[tall]
+    floors = _find_floors(occupied, gap, stood_on, walls, parameters)
 
     levels: list[Level] = []
     heights = list(floors)
@@ -140,7 +143,7 @@ def find_storeys(evidence: Evidence, parameters: StoreyParameters | None = None)
         below = levels[-1].ceiling if levels else -np.inf
         z = _surface_height(evidence, occupied[stood_on], base + floor, voxel, below)
         above = (base + heights[number + 1]) * voxel if number + 1 < len(heights) else None
-        ceiling = _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom, _RUN_GAPS[thin])
+        ceiling = _ceiling_height(occupied, gap, stood_on, z, above, voxel, headroom, walls)
         levels.append(Level(number, z, ceiling, tuple((base + step + 0.5) * voxel for step in floors[floor])))
     return levels
 
@@ -155,22 +158,28 @@ def _gaps(occupied: IntArray) -> IntArray:
 
 
 def _find_floors(
-    occupied: IntArray, gap: IntArray, stood_on: BoolArray, bridged: int, parameters: StoreyParameters
+    occupied: IntArray,
+    gap: IntArray,
+    stood_on: BoolArray,
+    walls: tuple[IntArray, IntArray],
+    parameters: StoreyParameters,
 ) -> dict[int, list[int]]:
-    """Heights of the floors, in voxels above the lowest, lowest first; and of the steps in each."""
+    """Heights of the floors, in voxels above the lowest, lowest first; and of the steps in each.
+
+    `walls` are runs that may be walls: where each starts among the voxels, and how high it is.
+    """
     from scipy import ndimage  # heavy: help and errors do not wait for it
 
     voxel, base = parameters.voxel, int(occupied[:, 2].min())
     bins = int(np.ptp(occupied[:, 2])) + 1
     covered = stood_on & (gap < _OPEN)
-    first, length = _runs(occupied, gap, bridged)
-    tall = length >= round(_WALL / voxel)
+    foot, length = walls
     indoors = covered.copy()
     bare = np.flatnonzero(stood_on & ~covered)
-    indoors[bare] = _enclosed(occupied[bare, :2], occupied[first[tall], :2], round(_REACH / voxel))
+    indoors[bare] = _enclosed(occupied[bare, :2], occupied[foot, :2], round(_REACH / voxel))
     area = _spread(np.bincount(occupied[covered, 2] - base, minlength=bins) / 2)
     area += _spread(np.bincount(occupied[indoors, 2] - base, minlength=bins) / 2)
-    walls = _wall_cells(occupied[first[tall], 2] - base, length[tall], bins, round(_WALL / voxel))
+    wall_cells = _wall_cells(occupied[foot, 2] - base, length, bins, round(_WALL / voxel))
 
     floors: dict[int, list[int]] = {}
     apart = int(_MIN_STOREY_HEIGHT / voxel)
@@ -179,7 +188,7 @@ def _find_floors(
         if area[peak] == 0 or area[peak] < parameters.min_area_share * area.max():
             break
         # Walls around an area take cells that grow with its perimeter.
-        enclosed = walls[peak] >= 2 * np.sqrt(area[peak])
+        enclosed = wall_cells[peak] >= 2 * np.sqrt(area[peak])
         if not (summit[peak] and enclosed):
             continue
         near = stood_on & (np.abs(occupied[:, 2] - base - peak) <= 1)
@@ -277,11 +286,11 @@ def _ceiling_height(
     above: float | None,
     voxel: float,
     headroom: int,
-    bridged: int,
+    walls: tuple[IntArray, IntArray],
 ) -> float:
     """The highest fair peak of the surfaces over free height that rises from near the floor, as high as walls reach.
 
-    Over a ceiling that was not scanned a roof may show.
+    Over a ceiling that was not scanned a roof may show. `walls` as in `_find_floors`.
     """
     z = occupied[:, 2]
     floor_bin = int(np.floor(floor / voxel))
@@ -289,10 +298,10 @@ def _ceiling_height(
     near = (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2)
     over = np.flatnonzero(near & stood_on & (gap < _OPEN))
     tops = z[over] + gap[over]
-    first, length = _runs(occupied, gap, bridged)
-    walls = (z[first] + length)[near[first] & (length >= round(_WALL / voxel))]
-    limit = min(limit, int(np.percentile(walls, 98)) + 4) if len(walls) else limit
-    tops, walls = tops[tops < limit], walls[walls < limit]
+    foot, length = walls
+    wall_tops = (z[foot] + length)[near[foot]]
+    limit = min(limit, int(np.percentile(wall_tops, 98)) + 4) if len(wall_tops) else limit
+    tops, wall_tops = tops[tops < limit], wall_tops[wall_tops < limit]
     if len(tops) > 0:
         counts = np.bincount(tops - floor_bin)
         spread = counts + np.pad(counts, 1)[:-2] + np.pad(counts, 1)[2:]
@@ -301,8 +310,8 @@ def _ceiling_height(
             top = peaks[-1]
             best = max(range(max(top - 2, 0), top + 1), key=lambda i: int(counts[i]))
             return float((floor_bin + best + 0.5) * voxel)
-    if len(walls) > 0:
-        return float((floor_bin + np.bincount(walls - floor_bin).argmax()) * voxel)
+    if len(wall_tops) > 0:
+        return float((floor_bin + np.bincount(wall_tops - floor_bin).argmax()) * voxel)
     within = z[(z > floor_bin) & (z < limit)]
     return float((np.percentile(within, 99) + 1) * voxel) if len(within) else floor
 

@@ -19,7 +19,7 @@ from typing import TypeVar
 import numpy as np
 import shapely
 
-from asbuilt.elevations import MARGIN, Elevations
+from asbuilt.elevations import Elevations
 from asbuilt.faces import Face, on_faces, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
@@ -203,12 +203,9 @@ def _means(face: Face, elevations: Elevations) -> tuple[float, float, float, flo
 
     Floor and ceiling do go on behind a free-standing partition, so that they say nothing about it.
     """
-    start, along = elevations.lines[face.line, :2], elevations.along(face.line)
-    place = sorted(float((tip - start) @ along) for tip in (face.start, face.end))
-    begin, end = (int((at + MARGIN) / elevations.step) for at in place)
-    count = int(elevations.first[face.line + 1] - elevations.first[face.line])
-    begin = min(max(begin, 0), count - 1)
-    steps = elevations.first[face.line] + np.arange(begin, max(min(end, count), begin + 1))
+    beside = elevations.between(face.line, face.start, face.end)
+    begin = min(beside.start, int(elevations.first[face.line + 1]) - 1)
+    steps = slice(begin, max(beside.stop, begin + 1))
     front, ceiling, floor = (
         float(part[steps].mean()) for part in (elevations.front, elevations.ceiling_behind, elevations.floor_behind)
     )

@@ -9,8 +9,9 @@ use pyo3::prelude::*;
 
 /// Points near lines, each at a step of its line; made by `Places.hits`.
 ///
-/// What counts at a step is given by arrays over the steps (m,): on which side of the line (1: left, -1: right), from and
-/// to which depth to that side, about which height and from and to how far above it, m; ends do not count.
+/// What counts at a step is given by `ranges`, arrays over the steps (m,): on which side of the line (1: left, -1:
+/// right), from and to which depth to that side, about which height and from and to how far above it, m; ends do not
+/// count.
 #[pyclass(frozen, module = "asbuilt._core")]
 pub struct Hits {
     pub inner: Inner,
@@ -18,15 +19,10 @@ pub struct Hits {
 }
 
 type Values<'py> = PyReadonlyArray1<'py, f64>;
+type Ranges<'py> = (Values<'py>, (Values<'py>, Values<'py>), Values<'py>, (Values<'py>, Values<'py>));
 
 impl Hits {
-    fn ranges(
-        &self,
-        side: &Values,
-        depth: &(Values, Values),
-        about: &Values,
-        height: &(Values, Values),
-    ) -> PyResult<Vec<Range>> {
+    fn ranges(&self, (side, depth, about, height): &Ranges) -> PyResult<Vec<Range>> {
         let arrays = [side, &depth.0, &depth.1, about, &height.0, &height.1].map(|array| array.as_array());
         if let Some(wrong) = arrays.iter().find(|array| array.len() != self.steps) {
             return Err(PyValueError::new_err(format!("expected {} steps, found {}", self.steps, wrong.len())));
@@ -47,47 +43,32 @@ impl Hits {
     }
 
     /// How many points each step has (m,).
-    fn count<'py>(
-        &self,
-        py: Python<'py>,
-        side: Values<'py>,
-        depth: (Values<'py>, Values<'py>),
-        about: Values<'py>,
-        height: (Values<'py>, Values<'py>),
-    ) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        let ranges = self.ranges(&side, &depth, &about, &height)?;
+    fn count<'py>(&self, py: Python<'py>, ranges: Ranges<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
+        let ranges = self.ranges(&ranges)?;
         Ok(py.detach(|| self.inner.count(&ranges)).into_pyarray(py))
     }
 
     /// How many points each step has in each of `cells` depths of `cell` metres (m, cells).
-    #[allow(clippy::too_many_arguments, reason = "arrays in Python")]
     fn by_depth<'py>(
         &self,
         py: Python<'py>,
-        side: Values<'py>,
-        depth: (Values<'py>, Values<'py>),
-        about: Values<'py>,
-        height: (Values<'py>, Values<'py>),
+        ranges: Ranges<'py>,
         cell: f64,
         cells: usize,
     ) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        let ranges = self.ranges(&side, &depth, &about, &height)?;
+        let ranges = self.ranges(&ranges)?;
         py.detach(|| self.inner.by_depth(&ranges, cell, cells)).into_pyarray(py).reshape([self.steps, cells])
     }
 
     /// How many points each step has in each of `cells` heights of `cell` metres, from 0 up (m, cells).
-    #[allow(clippy::too_many_arguments, reason = "arrays in Python")]
     fn by_height<'py>(
         &self,
         py: Python<'py>,
-        side: Values<'py>,
-        depth: (Values<'py>, Values<'py>),
-        about: Values<'py>,
-        height: (Values<'py>, Values<'py>),
+        ranges: Ranges<'py>,
         cell: f64,
         cells: usize,
     ) -> PyResult<Bound<'py, PyArray2<u32>>> {
-        let ranges = self.ranges(&side, &depth, &about, &height)?;
+        let ranges = self.ranges(&ranges)?;
         py.detach(|| self.inner.by_height(&ranges, cell, cells)).into_pyarray(py).reshape([self.steps, cells])
     }
 }
