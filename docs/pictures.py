@@ -33,6 +33,7 @@ from asbuilt.faces import Face, closed, cut_openings, drop_doubles, find_faces, 
 from asbuilt.grid import FloatArray, Grid
 from asbuilt.opening_boxes import find_boxes, look_behind
 from asbuilt.openings import find_openings
+from asbuilt.orientation import orientations
 from asbuilt.partitions import find_partitions
 from asbuilt.plan import FloorPlan
 from asbuilt.profiles import StoreyVoxels, columns, storey_voxels
@@ -210,7 +211,7 @@ def lines_picture(figure: Figure) -> None:
     extent = (-0.5, 179.5, low * 0.1, (low + len(votes)) * 0.1)
     top.imshow(np.sqrt(votes), extent=extent, origin="lower", cmap="Greys", aspect="auto")
     strongest = paper_segments()[:12]
-    normal = (asbuilt.orientation.orientations(strongest) + np.pi / 2) % np.pi
+    normal = (orientations(strongest) + np.pi / 2) % np.pi
     middle = (strongest[:, :2] + strongest[:, 2:]) / 2 - histogram.grid.to_metres(np.zeros(2))
     distance = middle[:, 0] * np.cos(normal) + middle[:, 1] * np.sin(normal)
     top.plot(np.degrees(normal), distance, "o", color=WALL, mfc="none", ms=8)

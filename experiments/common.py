@@ -27,9 +27,9 @@ import asbuilt
 from asbuilt import Parameters
 from asbuilt.evaluate import Drawing, Face, WallTotals, as_drawing, associate, measure_walls
 from asbuilt.evaluate.drawing import TRUTH_SETS, DrawingStorey, TruthSet
-from asbuilt.evidence import unique_rows
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import GroundPlaneHistogram
+from asbuilt.indices import unique_rows
 from asbuilt.storeys import Level, drop_strays, find_storeys
 
 matplotlib.use("Agg")

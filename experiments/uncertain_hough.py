@@ -16,9 +16,9 @@ import numpy as np
 from scipy.special import ndtr, xlogy
 
 from asbuilt import Evidence
-from asbuilt.evidence import rows_in
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import GroundPlaneHistogram
+from asbuilt.indices import rows_in
 
 #: Steps of the accumulator: half a degree, and 2 cm.
 ANGLES, STEP = 360, 0.02

@@ -234,7 +234,7 @@ def test_ctrl_c_while_the_library_is_loaded_is_one_line():
 import sys
 class Interrupt:
     def find_spec(self, name, path=None, target=None):
-        if name == "numpy":
+        if name == "typer":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupt())
 from asbuilt_start import main
@@ -271,7 +271,7 @@ def test_progress_is_drawn_on_a_terminal_only(room, tmp_path):
 
 
 def test_help_and_errors_do_not_wait_for_heavy_imports():
-    heavy = ("matplotlib", "ezdxf", "scipy", "shapely", "rich.progress")
+    heavy = ("numpy", "matplotlib", "ezdxf", "scipy", "shapely", "rich.progress")
     script = f"import sys, asbuilt.cli, asbuilt.export; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.check_output([sys.executable, "-c", script], text=True) == "[]\n"
 

@@ -11,7 +11,7 @@ import pytest
 
 import asbuilt
 from asbuilt import Evidence, InputError, ParameterError, _core, evidence_from_points, gather_evidence
-from asbuilt.evidence import in_company, rows_in, squeezed, unique_rows
+from asbuilt.indices import in_company, rows_in, squeezed, unique_rows
 from asbuilt.params import EvidenceParameters
 from rooms import write_las
 

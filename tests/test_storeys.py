@@ -13,7 +13,7 @@ from asbuilt import (
     find_storeys,
     height_histogram,
 )
-from asbuilt.evidence import unique_rows
+from asbuilt.indices import unique_rows
 from asbuilt.storeys import drop_strays
 from rooms import box, box_room, evidence, level, wall, walls, without
 

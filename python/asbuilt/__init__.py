@@ -5,29 +5,30 @@ added to it. `extract_floor_plan` goes all the way; each stage is a function of 
 section 3.
 """
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
-from asbuilt.cross_sections import select_cross_sections
-from asbuilt.density import density_image
 from asbuilt.errors import AsBuiltError, InputError, MissingExtraError, OutputError, ParameterError
 from asbuilt.evidence import Evidence, evidence_from_points
 from asbuilt.gather import gather_evidence, read_evidence
-from asbuilt.ground import ground_plane_histogram, threshold_cells
-from asbuilt.lines import detect_lines
-from asbuilt.orientation import dominant_orientations, orientation_distribution, snap_to
 from asbuilt.params import Parameters
-from asbuilt.plan import FloorPlan, Storey, WallFace, load_plan
 from asbuilt.read import PointCloud, read
-from asbuilt.refine import fit_to_cells, merge_collinear
-from asbuilt.storeys import (
-    find_floor_and_ceiling,
-    find_floor_and_ceiling_by_scan,
-    find_storeys,
-    height_histogram,
-)
 
 if TYPE_CHECKING:
+    from asbuilt.cross_sections import select_cross_sections
+    from asbuilt.density import density_image
+    from asbuilt.ground import ground_plane_histogram, threshold_cells
+    from asbuilt.lines import detect_lines
+    from asbuilt.orientation import dominant_orientations, orientation_distribution, snap_to
     from asbuilt.pipeline import extract_floor_plan
+    from asbuilt.plan import FloorPlan, Storey, WallFace, load_plan
+    from asbuilt.refine import fit_to_cells, merge_collinear
+    from asbuilt.storeys import (
+        find_floor_and_ceiling,
+        find_floor_and_ceiling_by_scan,
+        find_storeys,
+        height_histogram,
+    )
 
 __version__ = "0.1.0"
 
@@ -65,10 +66,26 @@ __all__ = [
     "threshold_cells",
 ]
 
+# take numpy and geometry libraries, which files, help and errors do not wait for
+_LATER = {
+    "cross_sections": ("select_cross_sections",),
+    "density": ("density_image",),
+    "ground": ("ground_plane_histogram", "threshold_cells"),
+    "lines": ("detect_lines",),
+    "orientation": ("dominant_orientations", "orientation_distribution", "snap_to"),
+    "pipeline": ("extract_floor_plan",),
+    "plan": ("FloorPlan", "Storey", "WallFace", "load_plan"),
+    "refine": ("fit_to_cells", "merge_collinear"),
+    "storeys": ("find_floor_and_ceiling", "find_floor_and_ceiling_by_scan", "find_storeys", "height_histogram"),
+}
+
 
 def __getattr__(name: str) -> Any:
-    if name == "extract_floor_plan":  # its stages take geometry libraries, which help and errors do not wait for
-        from asbuilt.pipeline import extract_floor_plan
-
-        return extract_floor_plan
+    for module, names in _LATER.items():
+        if name in names:
+            return getattr(importlib.import_module(f"asbuilt.{module}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

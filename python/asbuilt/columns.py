@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from asbuilt.evidence import squeezed
 from asbuilt.faces import Face, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.indices import squeezed
 from asbuilt.neighbours import near_each
 from asbuilt.plan import Column
 from asbuilt.profiles import StoreyVoxels

@@ -13,8 +13,9 @@ from functools import cached_property
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.evidence import Evidence, in_company
+from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
+from asbuilt.indices import in_company
 from asbuilt.storeys import Level
 
 _BELOW_FLOOR = 0.3

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import glob
 import hashlib
+import math
 import os
 import unicodedata
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
-
-import numpy as np
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from asbuilt import _core
 from asbuilt.errors import InputError, ParameterError
-from asbuilt.grid import FloatArray
 from asbuilt.provenance import Provenance
+
+if TYPE_CHECKING:  # opening files does not wait for numpy to load
+    from asbuilt.grid import FloatArray
 
 PathLike: TypeAlias = str | os.PathLike[str]
 
@@ -76,8 +77,9 @@ class InputFile:
             if self.size <= _HASHED_WHOLE:
                 return f"sha256:{hashlib.file_digest(stream, 'sha256').hexdigest()}"
             digest.update(str(self.size).encode())
-            for start in np.linspace(0, self.size - _BLOCK, 256).astype(np.int64):
-                stream.seek(int(start))
+            last = self.size - _BLOCK
+            for start in (*(int(i * (last / 255)) for i in range(255)), last):
+                stream.seek(start)
                 digest.update(stream.read(_BLOCK))
         return f"sha256-sampled:{digest.hexdigest()}"
 
@@ -101,6 +103,8 @@ class PointCloud:
 
     def __iter__(self) -> Iterator[FloatArray]:
         """The points, m, z up, in batches of shape (n, 3)."""
+        import numpy as np
+
         for file in self.files:
             for points, _ in _core.PointReader(file.path):
                 yield np.column_stack(self.to_metres(*points.T))
@@ -110,7 +114,7 @@ class PointCloud:
         given = (x, y, z)
         if self.unit == 1.0 and self.axes == (1, 2, 3):
             return given
-        a, b, c = (given[abs(axis) - 1] * (self.unit * np.sign(axis)) for axis in self.axes)
+        a, b, c = (given[abs(axis) - 1] * math.copysign(self.unit, axis) for axis in self.axes)
         return a, b, c
 
     @property

@@ -16,9 +16,9 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt.elevations import ON_PLANE, Elevations, ceiling_heights
-from asbuilt.evidence import unique_rows
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.indices import unique_rows
 from asbuilt.neighbours import near_pairs
 from asbuilt.plan import Opening, Point, Room, Wall
 from asbuilt.profiles import StoreyVoxels

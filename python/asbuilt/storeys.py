@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from asbuilt.evidence import Evidence, count_rows, in_company, rows_in, squeezed
+from asbuilt.evidence import Evidence
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.indices import count_rows, in_company, rows_in, squeezed
 from asbuilt.params import StoreyParameters
 
 _RUN_GAPS = (1, 3)

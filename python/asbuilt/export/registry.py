@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 from asbuilt.errors import OutputError
 from asbuilt.export.atomic import check_place, replacing
-from asbuilt.plan import FloorPlan
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
+    from asbuilt.plan import FloorPlan
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,12 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from asbuilt.errors import ParameterError
-from asbuilt.plan import FloorPlan, Point, Storey
+
+if TYPE_CHECKING:
+    from asbuilt.plan import FloorPlan, Point, Storey
 
 Bounds = tuple[float, float, float, float]
 Size = tuple[float, float]

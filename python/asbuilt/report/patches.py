@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from asbuilt import _core
-from asbuilt.evidence import Evidence, count_rows
+from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
+from asbuilt.indices import count_rows
 from asbuilt.plan import FloorPlan, Storey, WallFace
 
 _ON_FACE = 0.02

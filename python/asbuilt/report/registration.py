@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from asbuilt.evidence import Evidence, count_rows
+from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
+from asbuilt.indices import count_rows
 from asbuilt.plan import FloorPlan
 from asbuilt.report.patches import Patches, cut_faces, is_clean, median
 

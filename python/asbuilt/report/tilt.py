@@ -10,8 +10,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from asbuilt.evidence import Evidence, count_rows
+from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray
+from asbuilt.indices import count_rows
 from asbuilt.plan import FloorPlan, Storey
 from asbuilt.report.patches import Patches, cut_faces, is_clean, median, straight_faces
 
