@@ -12,12 +12,15 @@ __all__ = [
     "Hits",
     "Places",
     "PointReader",
+    "close_gaps",
     "coarser",
     "formats",
-    "heights_about",
+    "groups",
+    "height_about",
     "hough_lines",
     "in_company",
     "means_along",
+    "patches_of",
     "read_header",
 ]
 
@@ -137,7 +140,8 @@ class Hits:
     def by_height(self, ranges: _Ranges, cell: float, cells: int) -> NDArray[np.uint32]: ...
 
 def coarser(index: NDArray[np.int32], factor: int) -> NDArray[np.int64]: ...
-def heights_about(
+def groups(count: int, first: NDArray[np.integer], second: NDArray[np.integer]) -> NDArray[np.uint32]: ...
+def height_about(
     grid: NDArray[np.float64],
     low: tuple[int, int],
     cell: float,
@@ -145,11 +149,17 @@ def heights_about(
     places: NDArray[np.float64],
     aside: NDArray[np.float64],
     along: NDArray[np.float64],
+    *,
+    share: float,
+    least: int,
+    level: float = 0.0,
 ) -> NDArray[np.float64]: ...
 def in_company(index: NDArray[np.int32], factor: int, least: int) -> NDArray[np.bool_]: ...
 def formats() -> list[tuple[str, list[str]]]: ...
 def read_header(path: str | PathLike[str], *, spacing: float | None = None) -> dict[str, Any]: ...
+def close_gaps(values: NDArray[np.float64], first: NDArray[np.int64], width: int) -> NDArray[np.float64]: ...
 def means_along(values: NDArray[np.float64], first: NDArray[np.int64], width: int) -> NDArray[np.float64]: ...
+def patches_of(filled: NDArray[np.bool_]) -> NDArray[np.uint32]: ...
 def hough_lines(
     cells: NDArray[np.int32],
     *,

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asbuilt import _core
 from asbuilt.faces import Face, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.indices import squeezed
@@ -112,8 +113,6 @@ def drop_sides(faces: list[Face], columns: tuple[Column, ...], voxels: StoreyVox
 
 def find_clusters(voxels: StoreyVoxels) -> list[IntArray]:
     """Indices of the voxels of each cluster of tall cells that is no larger than a column and has room around it."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
     standing = (voxels.z > 0.3) & (voxels.z < voxels.height - 0.15)
     if not standing.any():
         return []
@@ -131,8 +130,7 @@ def find_clusters(voxels: StoreyVoxels) -> list[IntArray]:
         near = np.flatnonzero(image[tuple(cells.T)] & (filled > 0))
         for _ in range(gap - 1):
             image = _widened(image)
-        labels, _ = ndimage.label(image, np.ones((3, 3)))
-        label = labels[tuple(cells[near].T)]
+        label = _core.patches_of(image)[tuple(cells[near].T)]
         near = near[np.argsort(label, kind="stable")]
         bounds = np.flatnonzero(np.diff(np.sort(label))) + 1
         sizes = [ends.reduceat(cells[near], np.append(0, bounds)) for ends in (np.maximum, np.minimum)]

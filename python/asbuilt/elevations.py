@@ -204,35 +204,37 @@ def ceiling_heights(place: FloatArray, along: FloatArray, towards: FloatArray, v
     The highest voxel of each cell of 10 cm is sampled up to 0.9 m to the side; the ceiling is a high percentile, so
     that lamps and beams under it do not count.
     """
-    samples = _aside(place, along, towards, *voxels.tops)
-    ceiling = _most(samples)
     # By a wall it may be lower: a cove, a tray, a beam.
-    by_wall = _most(samples[:_BY_WALL])
+    ceiling, by_wall = (
+        _height_about(place, along, towards, voxels.tops, samples, 0.7) for samples in (_SAMPLES, _SAMPLES[:_BY_WALL])
+    )
     return np.where((by_wall < ceiling - 0.1) & (by_wall > ceiling - _COVE), by_wall, ceiling)
-
-
-def _most(samples: FloatArray) -> FloatArray:
-    """A high percentile of samples (k, n) of heights, m; NaN where fewer than four are known."""
-    found = np.sort(samples, axis=0)  # what is not known comes first
-    known = np.isfinite(found).sum(axis=0)
-    rank = len(found) - known + np.round(0.7 * (known - 1)).astype(np.int64)
-    height = found[np.clip(rank, 0, len(found) - 1), np.arange(found.shape[1])]
-    return np.where(known >= 4, height, np.nan)
 
 
 def floor_heights(place: FloatArray, along: FloatArray, towards: FloatArray, voxels: StoreyVoxels) -> FloatArray:
     """Height of the floor (m above the storey's) to one side of places (n, 2): rooms may lie a few steps higher."""
-    found = np.sort(_aside(place, along, towards, *voxels.bottoms), axis=0)  # what is not known comes last
-    known = np.isfinite(found).sum(axis=0)
-    rank = np.round(0.3 * np.maximum(known - 1, 0)).astype(np.int64)
-    usual = (np.abs(found) < _LEVEL).sum(axis=0) >= 0.25 * known
-    return np.where(usual | (known < 4), 0.0, found[rank, np.arange(len(place))])
+    found = _height_about(place, along, towards, voxels.bottoms, _SAMPLES, 0.3, _LEVEL)
+    return np.where(np.isnan(found), 0.0, found)
 
 
-def _aside(place: FloatArray, along: FloatArray, towards: FloatArray, low: IntArray, heights: FloatArray) -> FloatArray:
-    """Samples (18, n) of a grid of heights up to 0.9 m to one side of places, the nearest first."""
+def _height_about(
+    place: FloatArray,
+    along: FloatArray,
+    towards: FloatArray,
+    grid: tuple[IntArray, FloatArray],
+    samples: FloatArray,
+    share: float,
+    level: float = 0.0,
+) -> FloatArray:
+    """A height (n,), m, to one side of places, of samples (k, 2) in a grid; NaN where fewer than four are known.
+
+    It is the one at a `share` from the least to the greatest, or 0 where a quarter of them lie within `level` (m) of 0.
+    """
+    low, heights = grid
     first = (int(low[0]), int(low[1]))
-    return _core.heights_about(heights, first, TOP_CELL, _SAMPLES, place, towards, along)
+    return _core.height_about(
+        heights, first, TOP_CELL, samples, place, towards, along, share=share, least=4, level=level
+    )
 
 
 Ends: TypeAlias = tuple[FloatArray | float, FloatArray | float]
@@ -280,13 +282,7 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
 
     Scan lines that fall on a far wall leave gaps between them; ends stay where they are.
     """
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
-    apart = np.arange(len(values)) + width * np.repeat(np.arange(1, len(first)), np.diff(first))
-    spread = np.zeros(len(values) + width * len(first))
-    spread[apart] = values
-    closed: FloatArray = ndimage.grey_closing(spread, width)[apart]
-    return closed
+    return _core.close_gaps(np.ascontiguousarray(values), np.asarray(first, dtype=np.int64), width)
 
 
 def _filled_below(filled: BoolArray) -> IntArray:

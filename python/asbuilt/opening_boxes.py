@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray
 from asbuilt.wall_sides import LOWEST, PLANE, WallSides, close_cells
 
@@ -48,15 +49,14 @@ class Box:
 
 def look_behind(sides: WallSides) -> BoolArray:
     """Which cells (c, k) show something in the body of a wall; in gaps down to the floor, the floor that goes on."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
     z = LOWEST + np.arange(sides.wall.shape[1], dtype=np.float64) * sides.step
     upper = _share(sides.wall, z, sides.ceiling - 0.45, sides.ceiling - 0.1)
     lower = _share(sides.wall, z, sides.floor + 0.15, sides.floor + 1.9)
     # Beyond its faces a side goes on under a lintel: a door in the corner of a room.
     lintel = close_cells((upper > 0.25)[:, None], 5, 1)[:, 0]
-    label, _ = ndimage.label(sides.covered | lintel)
-    inside = np.isin(label, np.unique(label[sides.covered]))
+    inside = sides.covered | lintel
+    run = np.cumsum(np.diff(inside, prepend=False))
+    inside &= np.isin(run, run[sides.covered])
     for first, last in zip(sides.first[:-1], sides.first[1:], strict=True):
         covered = first + np.flatnonzero(sides.covered[first:last])
         inside[covered[0] : covered[-1] + 1] = True
@@ -77,19 +77,20 @@ def look_behind(sides: WallSides) -> BoolArray:
 
 def find_boxes(sides: WallSides, seen: BoolArray) -> list[Box]:
     """Rectangles about what is seen behind the planes; pieces with no wall between them are one."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
-    label, _ = ndimage.label(close_cells(seen, 5, 5) & ~sides.wall, np.ones((3, 3)))
-    label[~seen] = 0
-    counts = np.bincount(label.ravel())
+    patch = _core.patches_of(close_cells(seen, 5, 5) & ~sides.wall)
+    cells = np.argwhere(seen & (patch > 0))
+    number = patch[tuple(cells.T)]
+    order = np.argsort(number, kind="stable")
+    first = np.flatnonzero(np.diff(number[order], prepend=0))
+    counts = np.diff(first, append=len(order))
+    low, last = (end.reduceat(cells[order], first) if len(first) else cells for end in (np.minimum, np.maximum))
     of_side: dict[int, list[Box]] = {}
-    for number, slices in enumerate(ndimage.find_objects(label), start=1):
-        if slices is None or counts[number] < 3:
-            continue
-        columns, rows = slices
-        side = int(np.searchsorted(sides.first, columns.start, side="right")) - 1
-        box = Box(side, columns.start, columns.stop, rows.start, rows.stop, int(counts[number]))
-        of_side.setdefault(side, []).append(box)
+    side_of = np.searchsorted(sides.first, low[:, 0], side="right") - 1
+    for side, (left, bottom), (right, top), count in zip(
+        side_of.tolist(), low.tolist(), last.tolist(), counts.tolist(), strict=True
+    ):
+        if count >= 3:
+            of_side.setdefault(side, []).append(Box(side, left, right + 1, bottom, top + 1, count))
     joined = [box for boxes in of_side.values() for box in _join(boxes, sides, seen)]
     wide, high = (size / sides.step - 2 for size in WINDOW_SIZE)
     # A threshold may be all that shows of a door.

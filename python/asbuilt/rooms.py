@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from asbuilt import _core
 from asbuilt.elevations import ON_PLANE, Elevations, ceiling_heights
 from asbuilt.faces import Face
 from asbuilt.grid import BoolArray, FloatArray, IntArray
@@ -431,12 +432,10 @@ def _on_other_face(
 
 
 def _groups(count: int, first: IntArray, second: IntArray) -> list[IntArray]:
-    from scipy.sparse import coo_array  # heavy: help and errors do not wait for it
-    from scipy.sparse.csgraph import connected_components
-
-    graph = coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
-    number, label = connected_components(graph, directed=False)
-    return [np.flatnonzero(label == i) for i in range(number)]
+    """Things that hang together, by pairs of them; each group in order."""
+    group = _core.groups(count, first, second)
+    order = np.argsort(group, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
 
 
 def _largest(shape: shapely.Geometry) -> shapely.Polygon:

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
+from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.plan import Stair
 from asbuilt.profiles import StoreyVoxels
@@ -121,9 +122,6 @@ def _joined(xy: FloatArray, z: FloatArray, voxel: float, step: float) -> IntArra
     """Numbers (n,) of the patches of cells (n, 2), m, whose heights (n,) differ by less than `step` (m) from cell to
     cell.
     """
-    from scipy.sparse import coo_array  # heavy: help and errors do not wait for it
-    from scipy.sparse.csgraph import connected_components
-
     index = np.round(xy / voxel - 0.5).astype(np.int64)
     index -= index.min(axis=0)
     width = int(index[:, 1].max()) + 2 * _REACH + 1
@@ -135,9 +133,7 @@ def _joined(xy: FloatArray, z: FloatArray, voxel: float, step: float) -> IntArra
             joined = (key[other] == key + dx * width + dy) & (np.abs(z[other] - z) < step)
             pairs.append(np.stack([np.flatnonzero(joined), other[joined]]))
     first, second = np.concatenate(pairs, axis=1)
-    graph = coo_array((np.ones(len(first), dtype=np.bool_), (first, second)), shape=(len(key), len(key)))
-    label: IntArray = connected_components(graph, directed=False)[1]
-    return label
+    return _core.groups(len(key), first, second)
 
 
 def find_flights(treads: list[Tread]) -> list[list[Tread]]:

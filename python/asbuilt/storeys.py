@@ -169,8 +169,6 @@ def _find_floors(
 
     `walls` are runs that may be walls: where each starts among the voxels, and how high it is.
     """
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
     voxel, base = parameters.voxel, int(occupied[:, 2].min())
     bins = int(np.ptp(occupied[:, 2])) + 1
     covered = stood_on & (gap < _OPEN)
@@ -184,7 +182,7 @@ def _find_floors(
 
     floors: dict[int, list[int]] = {}
     apart = int(_MIN_STOREY_HEIGHT / voxel)
-    summit = area == ndimage.maximum_filter1d(area, 5)
+    summit = area == np.lib.stride_tricks.sliding_window_view(np.pad(area, 2), 5).max(axis=1)
     for peak in np.argsort(-area, kind="stable"):
         if area[peak] == 0 or area[peak] < parameters.min_area_share * area.max():
             break
@@ -205,13 +203,13 @@ def _find_floors(
 
 def _patch_share(cells: IntArray) -> float:
     """Share of ground cells (n, 2) about which half of the 24 others within two cells are among them, too."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
     cells = squeezed(cells, 4)
-    picture = np.zeros(cells.max(axis=0) + 1)
-    picture[tuple(cells.T)] = 1
-    about = ndimage.uniform_filter(picture, 5, mode="constant")
-    return float((about[picture > 0] > 0.5).mean())
+    about = np.zeros(cells.max(axis=0) + 6, dtype=np.int64)
+    about[tuple(cells.T + 3)] = 1
+    for _ in ("rows", "columns"):
+        sums = np.cumsum(about, axis=0)
+        about = (sums[5:] - sums[:-5]).T
+    return float((about[tuple(cells.T)] > 12).mean())
 
 
 def _spread(counts: FloatArray) -> FloatArray:

@@ -330,10 +330,13 @@ def close_cells(cells: BoolArray, across: int, up: int) -> BoolArray:
 
 def _grown(cells: BoolArray, across: int, up: int, other: int = 0) -> BoolArray:
     """Cells with those about them, in a window of so many; `other` takes the window's other middle where it is even."""
-    from scipy import ndimage  # heavy: help and errors do not wait for it
-
-    grown = cells.view(np.uint8)
-    for axis, size in enumerate((across, up)):
-        if size > 1:
-            grown = ndimage.maximum_filter1d(grown, size, axis, origin=-other * (1 - size % 2))
-    return grown.view(np.bool_)
+    for size in (across, up):
+        before = size // 2 - other * (1 - size % 2)
+        cells = np.pad(cells, ((before, size - 1 - before), (0, 0)))
+        reach = 1
+        while reach < size:
+            step = min(reach, size - reach)
+            cells = cells[:-step] | cells[step:]
+            reach += step
+        cells = cells.T
+    return cells

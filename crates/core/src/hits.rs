@@ -147,6 +147,25 @@ pub fn means_along(values: &[f64], columns: usize, first: &[usize], width: usize
     means
 }
 
+/// Values, 0 or more, with gaps of fewer than `width` (odd) steps filled to the level of their shores, never across
+/// lines: the least, over as many steps, of the greatest. Line i has the steps from `first[i]` to before `first[i + 1]`.
+pub fn close_gaps(values: &[f64], first: &[usize], width: usize) -> Vec<f64> {
+    let reach = width / 2;
+    let mut closed = Vec::with_capacity(values.len());
+    let (mut line, mut greatest) = (Vec::new(), Vec::new());
+    for range in first.windows(2) {
+        line.clear();
+        line.resize(2 * reach, 0.0);
+        line.extend_from_slice(&values[range[0]..range[1]]);
+        line.resize(line.len() + 2 * reach, 0.0);
+        greatest.clear();
+        greatest.extend(line.windows(2 * reach + 1).map(|about| about.iter().copied().fold(0.0, f64::max)));
+        let least = |about: &[f64]| about.iter().copied().fold(f64::INFINITY, f64::min);
+        closed.extend(greatest.windows(2 * reach + 1).map(least));
+    }
+    closed
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -197,6 +216,15 @@ mod tests {
         let means = means_along(&values, 2, &[0, 3, 3, 4], 3);
         assert_eq!(means, [1.5, 15.0, 2.0, 20.0, 2.5, 25.0, 5.0, 50.0]);
         assert!(means_along(&[], 1, &[0], 5).is_empty());
+    }
+
+    #[test]
+    fn gaps_are_filled_to_the_level_of_their_shores() {
+        let values = [0.0, 1.0, 0.0, 0.5, 0.0, 0.0, 0.7, 0.9, 0.0, 0.9];
+        let closed = close_gaps(&values, &[0, 4, 4, 10], 3);
+        assert_eq!(closed, [0.0, 1.0, 0.5, 0.5, 0.0, 0.0, 0.7, 0.9, 0.9, 0.9]);
+        assert_eq!(close_gaps(&values, &[0, 10], 1), values);
+        assert!(close_gaps(&[], &[0], 5).is_empty());
     }
 
     #[test]

@@ -10,6 +10,7 @@ pub mod heights;
 pub mod hits;
 pub mod hough;
 mod lattice;
+pub mod patches;
 pub mod places;
 pub mod read;
 pub mod store;

@@ -83,10 +83,30 @@ pub fn means_along<'py>(
     width: usize,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let shape = [values.shape()[0], values.shape()[1]];
-    let first: Vec<usize> = first.as_array().iter().map(|&i| i as usize).collect();
-    if first.last() != Some(&shape[0]) || !first.is_sorted() {
-        return Err(PyValueError::new_err("first: expected where each line begins, and where the last one ends"));
-    }
+    let first = line_starts(&first, shape[0])?;
     let values = values.as_slice()?;
     py.detach(|| hits::means_along(values, shape[1], &first, width)).into_pyarray(py).reshape(shape)
+}
+
+/// Values (m,), 0 or more, with gaps of fewer than `width` (odd) steps filled to the level of their shores, never across
+/// lines; line i has the steps from `first[i]` to before `first[i + 1]`.
+#[pyfunction]
+pub fn close_gaps<'py>(
+    py: Python<'py>,
+    values: PyReadonlyArray1<'py, f64>,
+    first: PyReadonlyArray1<'py, i64>,
+    width: usize,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let first = line_starts(&first, values.len())?;
+    let values = values.as_slice()?;
+    Ok(py.detach(|| hits::close_gaps(values, &first, width)).into_pyarray(py))
+}
+
+/// Where each line's steps begin, and where the last one's end.
+fn line_starts(first: &PyReadonlyArray1<'_, i64>, steps: usize) -> PyResult<Vec<usize>> {
+    let first: Vec<usize> = first.as_array().iter().map(|&i| i as usize).collect();
+    if first.last() != Some(&steps) || !first.is_sorted() {
+        return Err(PyValueError::new_err("first: expected where each line begins, and where the last one ends"));
+    }
+    Ok(first)
 }

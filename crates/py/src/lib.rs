@@ -7,6 +7,7 @@ mod evidence;
 mod heights;
 mod hits;
 mod hough;
+mod patches;
 mod places;
 mod read;
 mod rows;
@@ -20,11 +21,13 @@ mod _core {
     #[pymodule_export]
     use crate::evidence::Evidence;
     #[pymodule_export]
-    use crate::heights::heights_about;
+    use crate::heights::height_about;
     #[pymodule_export]
-    use crate::hits::{Hits, means_along};
+    use crate::hits::{Hits, close_gaps, means_along};
     #[pymodule_export]
     use crate::hough::hough_lines;
+    #[pymodule_export]
+    use crate::patches::{groups, patches_of};
     #[pymodule_export]
     use crate::places::Places;
     #[pymodule_export]
