@@ -155,6 +155,13 @@ def test_a_leaf_as_high_as_the_room_is_no_wall(thick: float, long: float, room: 
     assert drop_leaves([]) == []
 
 
+@pytest.mark.parametrize(("x", "y", "kept"), [(9, 0, False), (5, 4.1, True)])
+def test_a_wall_that_hardly_shows_meets_another(x: float, y: float, kept: bool) -> None:
+    apart = [wall((x, y), (x, y + 4), 1.9, 2.6), level(x - 0.3, y, x, y + 0.8, 0)]
+    found = plan(box_room(0, 0, 5, 4), *apart)
+    assert len(lying_on(found, (x, y + 0.5), (x, y + 3.5), ASIDE)) == kept
+
+
 def test_tables_and_beds_are_no_walls() -> None:
     things = [(1, 1, 2.4, 1.8, 0.75), (3, 0, 4.4, 2.0, 0.5), (0, 2.5, 0.5, 3.5, 1.2)]
     assert len(plan(box_room(0, 0, 5, 4), *(box(*thing) for thing in things))) == 4

@@ -33,6 +33,8 @@ _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _LEAF, _FREE = 0.08, 0.15
 """A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
+_SEEN, _MEETS = 0.35, 1.0
+"""Where less than such a share of floor and ceiling shows before a face, it must meet another one so near, m."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
 
@@ -177,6 +179,23 @@ def drop_leaves(faces: list[Face]) -> list[Face]:
         if backs and any(set(near_tips[2 * i + end]) <= own for end in (0, 1)):
             leaves.add(i)
     return [face for i, face in enumerate(faces) if i not in leaves]
+
+
+def drop_unmet(faces: list[Face], elevations: Elevations) -> list[Face]:
+    """Faces without those before which floor and ceiling hardly show, but where such a one meets another face.
+
+    Those that meet none stand outside, and were seen through a window or in a mirror.
+    """
+    seen = [_is_seen(face, elevations) for face in faces]
+    well_seen = [face for face, is_seen in zip(faces, seen, strict=True) if is_seen]
+    near_tips = near_each(segments_of(faces).reshape(-1, 2), segments_of(well_seen), _MEETS)
+    return [face for i, face in enumerate(faces) if seen[i] or len(near_tips[2 * i]) or len(near_tips[2 * i + 1])]
+
+
+def _is_seen(face: Face, elevations: Elevations) -> bool:
+    steps = elevations.between(face.line, face.start, face.end)
+    front, whole = elevations.front[steps].mean(), elevations.whole[steps].mean() / usual_filling(elevations)
+    return bool(elevations.partition[face.line] or front > _SEEN or (front > 0.1 and whole > _SEEN))
 
 
 def _is_sliver(face: Face, other: Face) -> bool:
@@ -361,9 +380,9 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
     whole = elevations.whole[steps] / full
     floor_behind, ceiling_behind = elevations.floor_behind[steps].mean(), elevations.ceiling_behind[steps].mean()
     length = len(upper) * elevations.step
-    front = elevations.front[steps].mean()
-    if front < 0.1 or whole.mean() < 0.06 or (front < 0.35 and whole.mean() < 0.35):
-        return False  # outside, in a window's reveal, or hardly seen
+    # Where the wall itself shows in few places, floor and ceiling do, too.
+    if elevations.front[steps].mean() < 0.1 * np.clip(whole.mean(), 0.3, 1.0) or whole.mean() < 0.06:
+        return False  # outside, or in a window's reveal
     filled = upper.mean() > 0.7 and whole.mean() > 0.7 and ceiling_behind < 0.3
     if (floor_behind > 0.45 and not filled) or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room

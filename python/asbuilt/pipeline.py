@@ -15,7 +15,16 @@ from asbuilt.curves import find_curves
 from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence
-from asbuilt.faces import cut_openings, drop_doubles, drop_leaves, find_faces, measure_faces, score_steps, snap_to_jambs
+from asbuilt.faces import (
+    cut_openings,
+    drop_doubles,
+    drop_leaves,
+    drop_unmet,
+    find_faces,
+    measure_faces,
+    score_steps,
+    snap_to_jambs,
+)
 from asbuilt.final_pass import finish_faces
 from asbuilt.frame import doubt_extent, doubt_unit, doubt_up
 from asbuilt.gather import gather_evidence
@@ -118,6 +127,7 @@ def _plan_by_profiles(
     elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
     scores = score_steps(elevations, parameters.walls)
     faces = drop_leaves(drop_doubles(find_faces(elevations, scores, parameters.walls)))
+    faces = drop_unmet(faces, elevations)
     faces = snap_to_jambs(cut_openings(faces, elevations, scores, voxels), voxels)
     faces = find_curves(faces, voxels)
     faces = drop_columns(close_corners(faces, elevations, scores, parameters.walls))
