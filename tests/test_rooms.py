@@ -95,6 +95,12 @@ def test_each_room_has_a_ceiling_of_its_own() -> None:
     assert [room.number for room in found] == ["001", "002"]  # from west to east
 
 
+def test_a_room_some_steps_up_under_a_lower_ceiling_is_one() -> None:
+    hall, up = planned(box_room(0, 0, 8, 6, 0, 3.6), box_room(8.2, 0, 12, 6, 0.45, 2.8)).rooms
+    assert (hall.floor, hall.ceiling) == pytest.approx((0, 3.6), abs=LEVEL)
+    assert (up.floor, up.ceiling) == pytest.approx((0.45, 2.8), abs=LEVEL)
+
+
 def test_a_hidden_corner_closes() -> None:
     wardrobe = box(0, 0, 0.6, 0.6, 2.2)
     seen = wardrobe[(wardrobe[:, :2] > 0.001).all(axis=1)]

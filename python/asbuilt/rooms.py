@@ -55,8 +55,8 @@ _JOINING = (0.4, 0.6, 0.9, 1.4, 2.1, 3.0)
 """What is twice this far apart is of one storey, the least first that joins it, m."""
 _ROW = 3.0
 """Rooms whose middles differ less in y are numbered from west to east, m."""
-_FLOOR = 0.15
-"""A room's floor lies this near to its storey's, m."""
+_FLOOR = 0.6
+"""A room's floor lies this near to its storey's, m: some steps higher or lower."""
 _HEADROOM = 1.7
 """Its ceiling is higher than this over it, m."""
 _LEVEL = 0.01
@@ -147,15 +147,15 @@ def measure_rooms(
     """
     order = sorted(polygons, key=lambda p: (-round(p.centroid.y / _ROW), p.centroid.x))
     digits = max(2, len(str(len(order))))
-    top = np.zeros(len(voxels.z), dtype=np.bool_)
-    top[voxels.first[1:] - 1] = True
+    bottom, top = np.zeros((2, len(voxels.z)), dtype=np.bool_)
+    bottom[voxels.first[:-1]], top[voxels.first[1:] - 1] = True, True
     rooms = []
     for number, polygon in enumerate(order, start=1):
         inner = polygon.buffer(-_ASIDE)
         near = voxels.in_box(inner.bounds[:2], inner.bounds[2:])
         z = voxels.z[near]
-        looked_at = (np.abs(z) < _FLOOR, top[near] & (z > _HEADROOM))
-        on_floor, at_ceiling = (_inside(inner, near[chosen], voxels) for chosen in looked_at)
+        looked_at = (bottom[near] & (np.abs(z) < _FLOOR), top[near] & (z > _HEADROOM))
+        on_floor, at_ceiling = (_surface(inner, near, near[chosen], voxels) for chosen in looked_at)
         floor, ceiling = _level_of(voxels.z[on_floor]), _level_of(voxels.z[at_ceiling])
         here = tuple(
             key
@@ -200,6 +200,14 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     ring = shapely.Polygon(whole.exterior).simplify(0.01).exterior
     points = tuple((float(x), float(y)) for x, y in list(ring.coords)[:-1])
     return points if ring.is_ccw else points[::-1]
+
+
+def _surface(polygon: shapely.Polygon, near: IntArray, outermost: IntArray, voxels: StoreyVoxels) -> IntArray:
+    """Those of the voxels near a polygon that are on the surface in it which most of the outermost ones are of."""
+    height = _level_of(voxels.z[_inside(polygon, outermost, voxels)])
+    if height is None:
+        return np.zeros(0, dtype=np.int64)
+    return _inside(polygon, near[np.abs(voxels.z[near] - height) < voxels.voxel], voxels)
 
 
 def _level_of(z: FloatArray) -> float | None:
@@ -343,7 +351,7 @@ def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
 def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     """Share of each cell over or under which floor or ceiling was seen (n,)."""
     low, top = voxels.first[:-1], voxels.first[1:] - 1
-    level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
+    level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > _HEADROOM)
     size = _SAMPLED * voxels.voxel
     places = shapely.points((unique_rows(voxels.index[low[level]] // _SAMPLED) + 0.5) * size)
     cell, _ = shapely.STRtree(places).query(cells, predicate="contains")
