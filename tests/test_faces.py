@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from asbuilt import extract_floor_plan
 from asbuilt.faces import Face, drop_doubles, drop_leaves, maximal_runs
-from rooms import box, box_room, evidence, level, lying_on, rectangle, segments, wall, without
+from rooms import box, box_room, evidence, level, lying_on, rectangle, segments, wall, walls, without
 
 ASIDE = 0.002
 CORNER = 0.005
@@ -95,6 +97,20 @@ def test_a_cupboard_nearly_to_the_ceiling_is_no_wall() -> None:
     assert len(found) == 4
     ((low, high),) = lying_on(found, (0, 0), (5, 0), ASIDE)
     assert (low, high) == pytest.approx((0, 5), abs=CORNER)
+
+
+@pytest.mark.parametrize(
+    ("deep", "high"), [(0.12, 0.2), (0.12, 0.3), (0.08, 0.3), (0.12, 0.45), (0.18, 0.45), (0.12, 0.6)]
+)
+def test_walls_under_a_cornice(deep: float, high: float) -> None:
+    outer, inner = ([(d, d), (5 - d, d), (5 - d, 4 - d), (d, 4 - d)] for d in (0.0, deep))
+    under = 3.2 - high
+    ledge = without(level(0, 0, 5, 4, under), (deep, deep, 0), (5 - deep, 4 - deep, 3.2))
+    cornice = [walls(inner, under, 3.2), ledge, level(deep, deep, 5 - deep, 4 - deep, 3.2)]
+    found = plan(walls(outer, 0, under), level(0, 0, 5, 4, 0), *cornice)
+    assert len(found) == 4
+    for a, b in pairwise([*outer, outer[0]]):
+        assert len(lying_on(found, a, b, ASIDE)) == 1
 
 
 @pytest.mark.parametrize("rise", [-0.2, 0.4])

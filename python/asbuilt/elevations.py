@@ -43,6 +43,8 @@ _SAMPLES = np.array([(aside, shift) for aside in (0.15, 0.3, 0.45, 0.6, 0.75, 0.
 """Where heights of floor and ceiling are sampled, (18, 2: to one side, along), m."""
 _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
+_CORNICE = (0.2, 0.4)
+"""A cornice stands out of its wall by less than the first, and hides it below the ceiling by the second, m."""
 _TOP = 0.25
 """Its upper half begins so far below the ceiling, m."""
 
@@ -161,15 +163,27 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         _as_if_dense(share(front_is, _NEAR, front, at), share(-front_is, close, back, at), whole)
         for front, back, at in ((before, behind, at_floor), (ceiling, ceiling, at_ceiling))
     )
+    upper, under = (
+        _share_filled(below, ceiling - low - _UPPER[0], ceiling - low - _UPPER[1], step) for low in (0.0, _CORNICE[1])
+    )
+    top = _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
+    # What stands out of the wall there, and neither lower nor farther.
+    out, deep = (2 * ON_PLANE, _CORNICE[0]), (_CORNICE[0], _DEPTH)
+    hiding, lower_down, farther = (
+        smooth(share(front_is, depth, ceiling - below_it, (-_UPPER[0], -_UPPER[1]), least=3), first, wide)
+        for depth, below_it in ((out, 0.0), (out, 2 * _CORNICE[1]), (deep, 0.0))
+    )
+    at_cornice = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3) & (smooth(top, first, wide) < 0.3)
+    at_cornice &= ~unknown
     return Elevations(
         lines,
         first,
         step,
         left,
-        upper=_share_filled(below, ceiling - _UPPER[0], ceiling - _UPPER[1], step),
+        upper=np.where(at_cornice, np.maximum(upper, under), upper),
         lower=_share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step),
         whole=whole,
-        top=np.where(unknown, 1.0, _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)),
+        top=np.where(unknown | at_cornice, 1.0, top),
         front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
         ceiling_behind=ceiling_behind,
         ceiling_beyond=share(-front_is, _BEYOND, ceiling, at_ceiling),
