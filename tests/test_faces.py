@@ -148,6 +148,9 @@ def some_face(x1: float, y1: float, x2: float, y2: float, score: float) -> Face:
         ((4.0, 0.0, 4.3, 0.05), False),  # a bit that goes on from it, a little turned
         ((4.2, 0.0, 4.5, 0.05), True),
         ((3, 0.5, 1, 0.5), True),  # the other side of a closet
+        ((1, -0.15, 1.9, 0.25), False),  # what leans on it and passes through
+        ((1, 0.0, 1.9, 0.4), True),  # another wall, which begins on it
+        ((1, -0.4, 1.4, 0.4), True),
     ],
 )
 def test_a_room_sees_one_of_the_faces_behind_one_another(weaker: tuple[float, ...], kept: bool) -> None:

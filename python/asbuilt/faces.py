@@ -35,6 +35,8 @@ _LEAF, _FREE = 0.08, 0.15
 """A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
 _SEEN, _MEETS = 0.35, 1.0
 """Where less than such a share of floor and ceiling shows before a face, it must meet another one so near, m."""
+_LEANING = (4.0, np.cos(np.radians(30.0)), 0.05)
+"""What passes through a face so many times as long, at a smaller angle and so far to both sides, m, leans on it."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
 
@@ -152,6 +154,7 @@ def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:
         if not any(
             covered_length(face, other, apart) > 0.5 * face.length
             or _is_sliver(face, other)
+            or _leans(face, other)
             or (_before(face, other) and covered_length(face.turned, other, apart) > 0.5 * face.length)
             for other in (kept[j] for j in near if j in kept)
         ):
@@ -206,6 +209,20 @@ def _is_sliver(face: Face, other: Face) -> bool:
     place = np.sort(relative @ other.along)
     aside = np.abs(relative @ other.normal).max()
     return bool(aside < _SLIVER[1] and place[0] < other.length + _SLIVER[1] and place[1] > -_SLIVER[1])
+
+
+def _leans(face: Face, other: Face) -> bool:
+    """Whether a face passes through a much longer one at a small angle, as what leans on a wall does."""
+    relative = np.array([face.start - other.start, face.end - other.start])
+    aside = relative @ other.normal
+    if aside[0] * aside[1] >= 0 or other.length < _LEANING[0] * face.length:
+        return False
+    crossing = float(relative @ other.along @ np.abs(aside[::-1]) / np.abs(aside).sum())
+    return bool(
+        abs(float(face.along @ other.along)) > _LEANING[1]
+        and np.abs(aside).min() > _LEANING[2]
+        and 0 < crossing < other.length
+    )
 
 
 def _before(face: Face, other: Face) -> bool:
