@@ -101,6 +101,12 @@ class Elevations:
         low, high = np.clip(((ends + MARGIN) / self.step).astype(np.int64), 0, last - first).tolist()
         return slice(first + low, first + high)
 
+    def beside(self, line: int, one: FloatArray, other: FloatArray) -> slice:
+        """The steps between two points as `between` tells them, but never none: the nearest one at least."""
+        steps = self.between(line, one, other)
+        begin = min(steps.start, int(self.first[line + 1]) - 1)
+        return slice(begin, max(steps.stop, begin + 1))
+
 
 def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels) -> Elevations:
     """The elevations of lines (n, 4), m from the storey's origin, of which some are partitions' (n,).

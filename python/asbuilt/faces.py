@@ -189,15 +189,17 @@ def drop_unmet(faces: list[Face], elevations: Elevations) -> list[Face]:
 
     Those that meet none stand outside, and were seen through a window or in a mirror.
     """
-    seen = [_is_seen(face, elevations) for face in faces]
+    full = usual_filling(elevations)
+    seen = [_is_seen(face, elevations, full) for face in faces]
     well_seen = [face for face, is_seen in zip(faces, seen, strict=True) if is_seen]
     near_tips = near_each(segments_of(faces).reshape(-1, 2), segments_of(well_seen), _MEETS)
     return [face for i, face in enumerate(faces) if seen[i] or len(near_tips[2 * i]) or len(near_tips[2 * i + 1])]
 
 
-def _is_seen(face: Face, elevations: Elevations) -> bool:
-    steps = elevations.between(face.line, face.start, face.end)
-    front, whole = elevations.front[steps].mean(), elevations.whole[steps].mean() / usual_filling(elevations)
+def _is_seen(face: Face, elevations: Elevations, full: float) -> bool:
+    """Whether floor and ceiling show before a face, or it shows itself in most places."""
+    steps = elevations.beside(face.line, face.start, face.end)
+    front, whole = elevations.front[steps].mean(), elevations.whole[steps].mean() / full
     return bool(elevations.partition[face.line] or front > _SEEN or (front > 0.1 and whole > _SEEN))
 
 

@@ -203,9 +203,7 @@ def _means(face: Face, elevations: Elevations) -> tuple[float, float, float, flo
 
     Floor and ceiling do go on behind a free-standing partition, so that they say nothing about it.
     """
-    beside = elevations.between(face.line, face.start, face.end)
-    begin = min(beside.start, int(elevations.first[face.line + 1]) - 1)
-    steps = slice(begin, max(beside.stop, begin + 1))
+    steps = elevations.beside(face.line, face.start, face.end)
     front, ceiling, floor = (
         float(part[steps].mean()) for part in (elevations.front, elevations.ceiling_behind, elevations.floor_behind)
     )
