@@ -62,7 +62,7 @@ def test_no_voxels() -> None:
 
 def test_voxels_out_of_order_are_refused() -> None:
     with pytest.raises(ParameterError, match="sorted by their cells"):
-        _core.Places(np.zeros((2, 2)), np.array([[1, 0], [0, 0]]), 0.05)
+        _core.Places(np.zeros((2, 2)), np.array([[1, 0], [0, 0]], dtype=np.int32), 0.05)
 
 
 def test_hits_are_counted_by_step_depth_and_height(voxels: StoreyVoxels) -> None:

@@ -69,7 +69,7 @@ def test_a_fit_against_least_squares() -> None:
     x = np.sort(rng.uniform(0, 6, 500))
     xy = np.column_stack([x, 0.01 + 0.002 * x + rng.normal(0, 0.003, 500)])
     weights = rng.integers(1, 50, 500).astype(np.float64)
-    places = _core.Places(xy, np.floor(xy).astype(np.int64), 1.0)
+    places = _core.Places(xy, np.floor(xy).astype(np.int32), 1.0)
     found = fit_lines(np.array([[0.0, 0.0, 6.0, 0.0]]), places, weights, 0.05)
     slope, offset = np.polyfit(xy[:, 0], xy[:, 1], 1, w=np.sqrt(weights))
     # offsets are measured across the line, and the ends move across it: of second order

@@ -15,13 +15,16 @@ __all__ = [
     "close_gaps",
     "coarser",
     "formats",
+    "from_box_sides",
     "groups",
     "height_about",
     "hough_lines",
     "in_company",
+    "layer_of",
     "means_along",
     "patches_of",
     "read_header",
+    "within",
 ]
 
 VERSION: str
@@ -31,6 +34,13 @@ class _Voxels(TypedDict):
     count: NDArray[np.uint64]
     mean: NDArray[np.float64]
     covariance: NDArray[np.float64]
+
+class _Layer(TypedDict):
+    kept: NDArray[np.int64]
+    origin: NDArray[np.float64]
+    cells: NDArray[np.int32]
+    xy: NDArray[np.float64]
+    z: NDArray[np.float64]
 
 class _BrickScans(TypedDict):
     brick: NDArray[np.int32]
@@ -99,7 +109,7 @@ class PointReader:
 
 @final
 class Places:
-    def __new__(cls, points: NDArray[np.float64], index: NDArray[np.int64], cell: float) -> Self: ...
+    def __new__(cls, points: NDArray[np.float64], index: NDArray[np.int32], cell: float) -> Self: ...
     def in_box(self, low: tuple[float, float], high: tuple[float, float]) -> NDArray[np.int64]: ...
     def strips(
         self, segments: NDArray[np.float64], half_width: float, margin: float
@@ -155,6 +165,20 @@ def height_about(
     level: float = 0.0,
 ) -> NDArray[np.float64]: ...
 def in_company(index: NDArray[np.int32], factor: int, least: int) -> NDArray[np.bool_]: ...
+def from_box_sides(
+    points: NDArray[np.float64], directions: NDArray[np.float64], shares: tuple[float, float]
+) -> NDArray[np.float64]: ...
+def within(rings: Sequence[NDArray[np.float64]], points: NDArray[np.float64]) -> NDArray[np.bool_]: ...
+def layer_of(
+    index: NDArray[np.int32],
+    mean: NDArray[np.float64],
+    voxel: float,
+    *,
+    floor: float,
+    between: tuple[float, float],
+    factor: int,
+    least: int,
+) -> _Layer: ...
 def formats() -> list[tuple[str, list[str]]]: ...
 def read_header(path: str | PathLike[str], *, spacing: float | None = None) -> dict[str, Any]: ...
 def close_gaps(values: NDArray[np.float64], first: NDArray[np.int64], width: int) -> NDArray[np.float64]: ...

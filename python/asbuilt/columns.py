@@ -79,7 +79,10 @@ class Shape:
 
 def find_columns(voxels: StoreyVoxels, storey: int) -> tuple[Column, ...]:
     """The free-standing columns of a storey, in the input's frame, from left to right; empty where none stands."""
-    fits = (fit_shape(voxels.xy[members], voxels.covariance[members]) for members in find_clusters(voxels))
+    fits = (
+        fit_shape(voxels.xy.take(members, axis=0), voxels.covariance.take(members, axis=0))
+        for members in find_clusters(voxels)
+    )
     shapes = [shape for shape in fits if shape is not None]
     if not shapes:
         return ()
@@ -179,23 +182,10 @@ def _nearest_box(xy: FloatArray) -> tuple[float, FloatArray]:
     """
     few = xy[:: max(len(xy) // 300, 1)]
     angles = np.radians(np.arange(0, 90, 2))
-    cos, sin = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    local = np.stack([few[:, 0] * cos + few[:, 1] * sin, few[:, 1] * cos - few[:, 0] * sin])
-    ordered = np.sort(local, axis=2)
-    low, high = (_at_share(ordered, share) for share in (0.02, 0.98))
-    off = np.minimum(np.abs(local - low), np.abs(high - local)).min(axis=0)
+    directions = np.column_stack([np.cos(angles), np.sin(angles)])
+    off = _core.from_box_sides(np.ascontiguousarray(few), directions, (0.02, 0.98))
     angle = float(angles[np.argmin(np.minimum(off, 0.05).mean(axis=1))])
     return angle, np.percentile(_turned(xy, angle), (2, 98), axis=0)
-
-
-def _at_share(ordered: FloatArray, share: float) -> FloatArray:
-    """What `numpy.percentile` has of each row of sorted values (..., n), as (..., 1), without choosing it again."""
-    place = share * (ordered.shape[-1] - 1)
-    first = int(place)
-    low, high = ordered[..., first, None], ordered[..., min(first + 1, ordered.shape[-1] - 1), None]
-    part = place - first
-    between: FloatArray = low + (high - low) * part if part < 0.5 else high - (high - low) * (1 - part)
-    return between
 
 
 def _fit_circle(xy: FloatArray, covariance: FloatArray) -> Shape | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from asbuilt.grid import FloatArray
@@ -13,17 +15,17 @@ class Directed:
     start: FloatArray
     end: FloatArray
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Length, m."""
         return float(np.hypot(*(self.end - self.start)))
 
-    @property
+    @cached_property
     def along(self) -> FloatArray:
         """Unit vector (2,) from start to end."""
         return (self.end - self.start) / max(self.length, 1e-12)
 
-    @property
+    @cached_property
     def normal(self) -> FloatArray:
         """Unit vector (2,) towards the room."""
         along = self.along

@@ -356,20 +356,21 @@ def maximal_runs(scores: FloatArray, least: float, drop: float) -> list[tuple[in
     """
     runs = []
     i = 0
-    while i < len(scores):
-        if scores[i] <= 0:
+    of_step = scores.tolist()
+    while i < len(of_step):
+        if of_step[i] <= 0:
             i += 1
             continue
         total = best = 0.0
         end = i
-        for j in range(i, len(scores)):
-            total += scores[j]
+        for j in range(i, len(of_step)):
+            total += of_step[j]
             if total > best:
                 best, end = total, j
             if total < best - drop or total < 0:
                 break
         if best >= least:
-            runs.append((i, end + 1, float(best)))
+            runs.append((i, end + 1, best))
         i = end + 1
     return runs
 
@@ -430,8 +431,8 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     if not faces:
         return ()
     face_of, voxel, along, offset = on_faces(faces, voxels)
-    normal = np.array([face.normal for face in faces])[face_of]
-    xx, xy, yy = voxels.covariance[voxel].T
+    normal = np.array([face.normal for face in faces]).take(face_of, axis=0)
+    xx, xy, yy = voxels.covariance.take(voxel, axis=0).T
     variance = normal[:, 0] ** 2 * xx + 2 * normal[:, 0] * normal[:, 1] * xy + normal[:, 1] ** 2 * yy
     count = np.bincount(face_of, minlength=len(faces))
     square = np.bincount(face_of, offset**2 + variance, minlength=len(faces)) / np.maximum(count, 1)

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from asbuilt import _core
 from asbuilt.errors import InputError
 from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
@@ -27,7 +28,7 @@ _CELL = 0.2
 _FREE = (1.8, 6.0)
 """Floor and ceiling are this far apart, m."""
 _SAMPLE = 200_000
-"""Columns are left out so that no more than about this many voxels remain."""
+"""Columns are left out so that about this many voxels remain."""
 _CERTAIN, _DOUBTFUL = 5.0, 1.8
 """Areas this many times as large as those that face z are the floors; rooms alike in a row may reach 1.7."""
 _WALLS = 1.0
@@ -67,8 +68,9 @@ class Upward:
 def find_upward(evidence: Evidence) -> Upward | None:
     """Which axis points up if it is not z; None where it is, and where nothing tells (no voxel, a single plane)."""
     factor = max(round(_CELL / evidence.voxel), 1)
-    cells = np.ascontiguousarray(evidence.index.T) // factor
-    found = [_largest_pair(cells, axis, factor * evidence.voxel) for axis in range(3)]
+    cells = np.ascontiguousarray(_core.coarser(evidence.index.astype(np.int32, copy=False), factor).T)
+    every = max(len(evidence.index) // _SAMPLE, 1)
+    found = [_largest_pair(cells, axis, factor * evidence.voxel, every) for axis in range(3)]
     areas = np.array([pair.area for pair in found])
     best = int(areas.argmax())
     others = np.delete(areas, best)
@@ -146,11 +148,10 @@ class _Pair(NamedTuple):
     walls: float
 
 
-def _largest_pair(cells: IntArray, axis: int, cell: float) -> _Pair:
-    """The pair of the largest area, of `cells` (3: x, y, z; n) of `cell` metres; some come more than once."""
+def _largest_pair(cells: IntArray, axis: int, cell: float, every: int) -> _Pair:
+    """The pair of the largest area, of `cells` (3: x, y, z; n) of `cell` metres, in one column of so many."""
     nothing = _Pair(0.0, True, 0.0)
     a, b = (cells[other] for other in range(3) if other != axis)
-    every = max(len(a) // _SAMPLE, 1)
     mixed = a + 3 * b
     chosen = np.flatnonzero(mixed == mixed // every * every)
     along, a, b = (column[chosen].astype(np.int64) for column in (cells[axis], a, b))

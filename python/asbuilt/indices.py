@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from asbuilt import _core
 from asbuilt.grid import BoolArray, IntArray
+
+_EMPTY = 10
+"""Tables have room for so many times what is looked up in them; wider spread, it is sorted."""
 
 
 def unique_rows(index: IntArray) -> IntArray:
@@ -37,7 +42,12 @@ def squeezed(cells: IntArray, gap: int) -> IntArray:
     """
     columns = []
     for column in cells.T:
-        values, place = np.unique(column, return_inverse=True)
+        if len(column) and int(np.ptp(column)) < _EMPTY * len(column):
+            place = column - column.min()
+            values = np.flatnonzero(np.bincount(place))
+            place = np.cumsum(np.bincount(values))[place] - 1
+        else:
+            values, place = np.unique(column, return_inverse=True)
         steps = np.minimum(np.diff(values.astype(np.int64), prepend=values[:1]), gap + 1)
         columns.append(np.cumsum(steps)[place])
     return np.column_stack(columns)
@@ -49,7 +59,13 @@ def rows_in(index: IntArray, among: IntArray) -> BoolArray:
         return np.zeros(len(index), dtype=np.bool_)
     (low, high), (other_low, other_high) = _extent(index), _extent(among)
     low, high = np.minimum(low, other_low), np.maximum(high, other_high)
-    keys, known = _keys(index, low, high), np.sort(_keys(among, low, high), kind="stable")
+    keys, known = _keys(index, low, high), _keys(among, low, high)
+    places = math.prod((high - low + 1).tolist())
+    if places < _EMPTY * (len(keys) + len(known)):
+        is_known = np.zeros(places, dtype=np.bool_)
+        is_known[known] = True
+        return is_known[keys]
+    known = np.sort(known, kind="stable")
     found: BoolArray = known[np.minimum(np.searchsorted(known, keys), len(known) - 1)] == keys
     return found
 

@@ -82,7 +82,8 @@ def _leaf(points: FloatArray, width: float, thickness: float) -> Leaf | None:
             y = (points[:, 1] if swing == "left" else -points[:, 1]) - shift
             fan = _fan(x, y, points[:, 2])
             # A wall a little askew to the ray leaves it at the far end only.
-            wide = np.max([np.roll(fan, turns, axis=0) for turns in range(-_ASKEW, _ASKEW + 1)], axis=0)
+            around = np.concatenate([fan[-_ASKEW:], fan, fan[:_ASKEW]])
+            wide = np.max([around[turns : turns + len(fan)] for turns in range(2 * _ASKEW + 1)], axis=0)
             for radius in (width, width / 2):
                 if radius > _WIDEST or (radius < width and radius < _LEAST):
                     continue
@@ -115,5 +116,5 @@ def _fan(x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
     filled = np.zeros((turns, columns, rows), dtype=np.bool_)
     filled[spread, column[each], row[each]] = True
     first = round(_TURNS[0] / step)
-    fan: FloatArray = filled.mean(axis=2)[first : first + len(_TURNS)]
+    fan: FloatArray = np.count_nonzero(filled[first : first + len(_TURNS)], axis=2) / rows
     return fan

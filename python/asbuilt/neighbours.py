@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -27,7 +29,8 @@ def near_each(segments: FloatArray, others: FloatArray, within: float) -> list[l
     if len(segments) == 0:
         return []
     segment, other = near_pairs(segments, others, within)
-    return [part.tolist() for part in np.split(other, np.searchsorted(segment, np.arange(1, len(segments))))]
+    first, near = np.searchsorted(segment, np.arange(len(segments) + 1)).tolist(), other.tolist()
+    return [near[low:high] for low, high in pairwise(first)]
 
 
 def _shapes(ends: FloatArray) -> NDArray[np.object_]:

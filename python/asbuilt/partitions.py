@@ -63,7 +63,12 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
             here = np.flatnonzero((along[of_line] > low - 0.1) & (along[of_line] < high + 0.1)) + of_line.start
             stretch = np.concatenate([lines[i, :2] + place * direction for place in (low, high)])
             found = _partition(
-                stretch, z[here], along[here] - low, offset[here], voxels.covariance[voxel[here]], voxels.height
+                stretch,
+                z[here],
+                along[here] - low,
+                offset[here],
+                voxels.covariance.take(voxel[here], axis=0),
+                voxels.height,
             )
             if found is None:
                 continue
@@ -124,7 +129,7 @@ def draw_backs(faces: list[Face], rooms: Sequence[shapely.Polygon], elevations: 
 def _stretches(z: FloatArray, along: FloatArray, offset: FloatArray, length: float) -> list[tuple[float, float]]:
     """From where to where something stands on a line, m along it: a line goes on across what stands apart."""
     standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1]) & (np.abs(offset) < _MAX_THICKNESS / 2)
-    places = np.unique((np.clip(along[standing], 0, length) / _STEP).astype(np.int64))
+    places = np.flatnonzero(np.bincount((np.clip(along[standing], 0, length) / _STEP).astype(np.int64)))
     if len(places) == 0:
         return []
     runs = np.split(places, np.flatnonzero(np.diff(places) > _APART / _STEP) + 1)
@@ -170,7 +175,7 @@ def _two_planes(
     if standing.sum() < 50:
         return None
     y, s = offset[standing], along[standing] / length - 0.5
-    second = y**2 + np.array([nx**2, 2 * nx * ny, ny**2]) @ covariance[standing].T
+    second = y**2 + np.array([nx**2, 2 * nx * ny, ny**2]) @ covariance.compress(standing, axis=0).T
     # The planes may be turned against the line: c is linear along it, and so are its products.
     terms = np.column_stack([np.ones_like(y), y, s * y, s, s**2])
     (constant, middle, turn, *_), *_ = np.linalg.lstsq(terms, second, rcond=None)
@@ -195,7 +200,7 @@ def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray)
 
     def covered(chosen: BoolArray, low: float = 0.0, high: float = length) -> float:
         chosen = chosen & (along >= low) & (along < high)
-        return len(np.unique((along[chosen] / 0.1).astype(np.int64))) * 0.1 / (high - low)
+        return np.count_nonzero(np.bincount((along[chosen] / 0.1).astype(np.int64))) * 0.1 / (high - low)
 
     # On the other side its body stands on the floor.
     front = max((1, -1), key=lambda sign: np.count_nonzero(on_floor & (sign * offset > 0) & (sign * offset < 0.13)))
@@ -237,7 +242,7 @@ def _stands_free(
     steps = max(int(length / 0.25), 1)
 
     def covered(chosen: BoolArray) -> float:
-        return len(np.unique((s[chosen] * steps).astype(np.int64))) / (steps + 1)
+        return np.count_nonzero(np.bincount((s[chosen] * steps).astype(np.int64))) / (steps + 1)
 
     standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1])
     floor = [covered((np.abs(z) < 0.08) & (out > 0.03) & (out < 0.13)) for out in outside]

@@ -15,7 +15,6 @@ import numpy as np
 from asbuilt import _core
 from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
-from asbuilt.indices import in_company
 from asbuilt.storeys import Level
 
 _BELOW_FLOOR = 0.3
@@ -67,7 +66,7 @@ class StoreyVoxels:
 
     @cached_property
     def _places(self) -> _core.Places:
-        return _core.Places(self.xy, self.index.astype(np.int64, copy=False), self.voxel)
+        return _core.Places(self.xy, self.index.astype(np.int32, copy=False), self.voxel)
 
     def strips(
         self, segments: FloatArray, half_width: float, margin: float = 0.0
@@ -126,21 +125,22 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     top = height + _OVER_CEILING
     if above is not None:
         top = min(top, above.floor - _SLAB - level.floor)
-    z = evidence.height - level.floor
     # What lies lower under another floor is the ceiling of the storey below.
-    kept = np.flatnonzero((z > -(_BELOW_FLOOR if level.index == 0 else _SLAB)) & (z < top))
-    kept = kept[in_company(evidence.index.take(kept, axis=0), 2)]
-    z, index = z[kept], evidence.index.take(kept, axis=0)[:, :2]
-    # The same origin for the same cloud, wherever it stands: a whole number of metres near its middle.
-    middle = np.median(index, axis=0) if len(index) else np.zeros(2)
-    corner = np.floor(middle * evidence.voxel)
-    cells = index - np.round(corner / evidence.voxel).astype(np.int64)
-    origin = np.round(corner / evidence.voxel) * evidence.voxel
-    xy = cells * evidence.voxel + evidence.mean.take(kept, axis=0)[:, :2]
+    low = -(_BELOW_FLOOR if level.index == 0 else _SLAB)
+    layer = _core.layer_of(
+        evidence.index.astype(np.int32, copy=False),
+        evidence.mean,
+        evidence.voxel,
+        floor=level.floor,
+        between=(low, top),
+        factor=2,
+        least=8,
+    )
+    kept, z = layer["kept"], layer["z"]
     single = evidence.count[kept[(z > 0.3) & (z < height - 0.2)]] == 1
     thinness = float(single.mean()) if len(single) else 0.0
     covariance = evidence.covariance.take(kept, axis=0)
-    return StoreyVoxels(origin, cells, xy, z, covariance, evidence.voxel, height, thinness)
+    return StoreyVoxels(layer["origin"], layer["cells"], layer["xy"], z, covariance, evidence.voxel, height, thinness)
 
 
 @dataclass(frozen=True)
@@ -162,12 +162,11 @@ class Columns:
 def columns(voxels: StoreyVoxels, low: float = 0.15, under_ceiling: float = 0.1) -> Columns:
     """Gather the voxels from `low` (m above the floor) to `under_ceiling` (m) into their ground cells."""
     inside = (voxels.z > low) & (voxels.z < voxels.height - under_ceiling)
-    cells, xy = voxels.index[inside], voxels.xy[inside]
-    if len(cells) == 0:
-        return Columns(np.zeros((0, 2), dtype=np.int64), np.zeros((0, 2)), np.zeros(0))
-    # They come sorted by their cells.
-    new = np.concatenate([[True], (np.diff(cells[:, 0]) != 0) | (np.diff(cells[:, 1]) != 0)])
-    column = np.cumsum(new) - 1
-    filled = np.bincount(column).astype(np.float64)
-    mean = np.column_stack([np.bincount(column, xy[:, axis]) / filled for axis in (0, 1)])
-    return Columns(cells[new], mean, filled)
+    if not inside.any():
+        return Columns(np.zeros((0, 2), dtype=np.int32), np.zeros((0, 2)), np.zeros(0))
+    first = voxels.first
+    column = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    filled = np.bincount(column, inside).astype(np.float64, copy=False)
+    some = filled > 0
+    total = [np.bincount(column, np.where(inside, voxels.xy[:, axis], 0.0)) for axis in (0, 1)]
+    return Columns(voxels.index[first[:-1][some]], np.column_stack(total)[some] / filled[some, None], filled[some])

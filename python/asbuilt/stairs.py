@@ -35,6 +35,8 @@ _STRAIGHT = 0.15
 _MIN_TREADS = 5
 _FIRST = 0.75
 """The lowest tread that is seen lies below this height, m."""
+_TREAD = 5
+"""A tread has so many cells at least."""
 _LENGTH = (0.4, 4.0)
 """Length of a tread, m."""
 _GOING = (0.12, 0.5)
@@ -109,11 +111,19 @@ def find_treads(xy: FloatArray, z: FloatArray, voxel: float) -> list[Tread]:
     if len(z) == 0:
         return []
     label = _joined(xy, z, voxel, _LEVEL)
-    order = np.argsort(label, kind="stable")
+    order = np.flatnonzero(np.bincount(label)[label] >= _TREAD)
+    if len(order) == 0:
+        return []
+    order = order[np.argsort(label[order], kind="stable")]
+    first = np.flatnonzero(np.diff(label[order], prepend=-1))
+    last = np.append(first[1:], len(order)) - 1
+    size = np.maximum.reduceat(xy[order], first) - np.minimum.reduceat(xy[order], first)
+    length = np.hypot(*size.T) + voxel
+    upwards = z[order[np.lexsort((z[order], label[order]))]]
+    height = (upwards[(first + last) // 2] + upwards[(first + last + 1) // 2]) / 2
     treads = [
-        Tread(xy[cells], float(np.median(z[cells])))
-        for cells in np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
-        if len(cells) >= 5 and _LENGTH[0] <= np.hypot(*np.ptp(xy[cells], axis=0)) + voxel <= _LENGTH[1]
+        Tread(xy[order[first[i] : last[i] + 1]], float(height[i]))
+        for i in np.flatnonzero((length >= _LENGTH[0]) & (length <= _LENGTH[1])).tolist()
     ]
     return sorted(treads, key=lambda tread: tread.height)
 

@@ -24,8 +24,8 @@ def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallPara
     # Where most voxels hold one point, as many again were missed.
     density = float(np.clip(((1 - voxels.thinness) / 0.55) ** 2, 0.15, 1.0))
     tall = columns.filled >= max(density * parameters.min_profile / voxels.voxel, 2)
-    index = columns.index[tall].astype(np.int64, copy=False)
-    places, weights = _core.Places(columns.xy[tall], index, voxels.voxel), columns.filled[tall]
+    places = _core.Places(columns.xy[tall], columns.index[tall].astype(np.int32, copy=False), voxels.voxel)
+    weights = columns.filled[tall]
     lines, strength = places.trace_lines(
         weights,
         band=parameters.band,

@@ -4,7 +4,12 @@ use rustc_hash::FxHashMap;
 
 /// Voxels along the side of a cube in which company is counted, as a power of two: a cube is a bit each of a word.
 const CUBE_BITS: u32 = 2;
-const SIGN: u32 = 1 << 31;
+/// Places of a slab for each voxel in it, beyond which voxels are sorted: strays stand far from all others.
+const MAX_EMPTY: usize = 100;
+/// Cubes one above the other that are kept together, as a power of two.
+const STACK_BITS: u32 = 4;
+/// Stacks that are remembered, as a power of two.
+const RECENT_BITS: u32 = 12;
 
 /// The index of the voxel of `factor` times the size that each voxel lies in.
 fn coarse(index: &[[i32; 3]], factor: i32) -> impl Iterator<Item = [i32; 3]> {
@@ -22,18 +27,41 @@ fn coarse(index: &[[i32; 3]], factor: i32) -> impl Iterator<Item = [i32; 3]> {
 /// The different voxels of `factor` times the size, sorted, of voxels that are sorted.
 pub fn coarser(index: &[[i32; 3]], factor: i32) -> Vec<[i32; 3]> {
     let mut found = Vec::new();
-    let mut slab = Vec::new();
+    let (mut slab, mut bits) = (Vec::new(), Vec::new());
     for same in index.chunk_by(|one, other| one[0].div_euclid(factor) == other[0].div_euclid(factor)) {
-        slab.clear();
-        // One number for y and z that has their order.
-        slab.extend(
-            coarse(same, factor).map(|[_, y, z]| u64::from(y as u32 ^ SIGN) << 32 | u64::from(z as u32 ^ SIGN)),
-        );
-        slab.dedup();
-        slab.sort_unstable();
-        slab.dedup();
         let x = same[0][0].div_euclid(factor);
-        found.extend(slab.iter().map(|&key| [x, ((key >> 32) as u32 ^ SIGN) as i32, (key as u32 ^ SIGN) as i32]));
+        slab.clear();
+        slab.extend(coarse(same, factor).map(|[_, y, z]| [y, z]));
+        slab.dedup();
+        let (mut low, mut high) = ([i32::MAX; 2], [i32::MIN; 2]);
+        for voxel in &slab {
+            for axis in 0..2 {
+                low[axis] = low[axis].min(voxel[axis]);
+                high[axis] = high[axis].max(voxel[axis]);
+            }
+        }
+        let [wide, tall] = [0, 1].map(|axis| (i64::from(high[axis]) - i64::from(low[axis]) + 1) as usize);
+        if wide.saturating_mul(tall) > MAX_EMPTY * slab.len() {
+            slab.sort_unstable();
+            slab.dedup();
+            found.extend(slab.iter().map(|&[y, z]| [x, y, z]));
+            continue;
+        }
+        // A bit for each place of the slab puts them in order by itself.
+        bits.clear();
+        bits.resize((wide * tall).div_ceil(64), 0_u64);
+        for &[y, z] in &slab {
+            let place = (y - low[0]) as usize * tall + (z - low[1]) as usize;
+            bits[place / 64] |= 1 << (place % 64);
+        }
+        for (first, &word) in (0..).step_by(64).zip(&bits) {
+            let mut left = word;
+            while left != 0 {
+                let place = first + left.trailing_zeros() as usize;
+                found.push([x, low[0] + (place / tall) as i32, low[1] + (place % tall) as i32]);
+                left &= left - 1;
+            }
+        }
     }
     found
 }
@@ -41,36 +69,88 @@ pub fn coarser(index: &[[i32; 3]], factor: i32) -> Vec<[i32; 3]> {
 /// Which voxels lie in cubes of four voxels a side, each `factor` times the size, in which and in the 26 around which
 /// there are `least` or more of those.
 pub fn in_company(index: &[[i32; 3]], factor: i32, least: u32) -> Vec<bool> {
-    let mut numbers = FxHashMap::<[i32; 3], usize>::default();
-    let mut filled = Vec::<u64>::new();
-    // Runs of voxels in one cube: its number, and how many they are.
+    let mut stacks = Stacks::new();
+    // Runs of voxels in one cube: where it is, and how many they are.
     let mut runs = Vec::<(usize, usize)>::new();
-    let mut last = None;
+    let (mut last, mut at) = (None, 0);
+    let mut filled = Vec::<u64>::new();
     for voxel in coarse(index, factor) {
         let cube = voxel.map(|i| i >> CUBE_BITS);
         if last != Some(cube) {
             last = Some(cube);
-            let number = *numbers.entry(cube).or_insert(filled.len());
-            if number == filled.len() {
-                filled.push(0);
-            }
-            runs.push((number, 0));
+            let [x, y, z] = cube;
+            let stack = stacks.number([x, y, z >> STACK_BITS]);
+            at = stack << STACK_BITS | (z & ((1 << STACK_BITS) - 1)) as usize;
+            filled.resize(stacks.keys.len() << STACK_BITS, 0);
+            runs.push((at, 0));
         }
         let [x, y, z] = voxel.map(|i| i & ((1 << CUBE_BITS) - 1));
-        if let Some((number, length)) = runs.last_mut() {
-            filled[*number] |= 1 << ((x << CUBE_BITS | y) << CUBE_BITS | z);
+        filled[at] |= 1 << ((x << CUBE_BITS | y) << CUBE_BITS | z);
+        if let Some((_, length)) = runs.last_mut() {
             *length += 1;
         }
     }
-    let mut kept = vec![true; filled.len()];
-    for (&[x, y, z], &number) in &numbers {
-        if filled[number].count_ones() < least {
-            let around = (0..27).map(|i| [x + i / 9 - 1, y + i / 3 % 3 - 1, z + i % 3 - 1]);
-            kept[number] =
-                around.filter_map(|at| numbers.get(&at)).map(|&i| filled[i].count_ones()).sum::<u32>() >= least;
+    let counts: Vec<u32> = filled.iter().map(|cube| cube.count_ones()).collect();
+    let mut kept: Vec<bool> = counts.iter().map(|&count| count >= least).collect();
+    for (stack, &[x, y, z]) in stacks.keys.iter().enumerate() {
+        let cubes = stack << STACK_BITS..(stack + 1) << STACK_BITS;
+        let is_asked = |cube: usize| counts[cube] > 0 && !kept[cube];
+        if !cubes.clone().any(is_asked) {
+            continue;
+        }
+        let asks = [is_asked(cubes.start), is_asked(cubes.end - 1)];
+        // Of the stacks around it and the ends of those above and below: how many voxels each layer holds.
+        let mut layers = [0; (1 << STACK_BITS) + 2];
+        for (dx, dy) in (0..9).map(|i| (i / 3 - 1, i % 3 - 1)) {
+            if let Some(&near) = stacks.numbers.get(&[x + dx, y + dy, z]) {
+                let near = &counts[near << STACK_BITS..(near + 1) << STACK_BITS];
+                layers[1..].iter_mut().zip(near).for_each(|(sum, count)| *sum += count);
+            }
+            if asks[0]
+                && let Some(&below) = stacks.numbers.get(&[x + dx, y + dy, z - 1])
+            {
+                layers[0] += counts[((below + 1) << STACK_BITS) - 1];
+            }
+            if asks[1]
+                && let Some(&above) = stacks.numbers.get(&[x + dx, y + dy, z + 1])
+            {
+                layers[(1 << STACK_BITS) + 1] += counts[above << STACK_BITS];
+            }
+        }
+        for (cube, about) in cubes.zip(layers.windows(3)) {
+            kept[cube] = about.iter().sum::<u32>() >= least;
         }
     }
-    runs.into_iter().flat_map(|(number, length)| std::iter::repeat_n(kept[number], length)).collect()
+    runs.into_iter().flat_map(|(cube, length)| std::iter::repeat_n(kept[cube], length)).collect()
+}
+
+/// Cubes one above the other, by where they stand, numbered as they come.
+struct Stacks {
+    numbers: FxHashMap<[i32; 3], usize>,
+    keys: Vec<[i32; 3]>,
+    /// Those that were asked for of late: of sorted voxels the same come again with each layer.
+    recent: Vec<Option<([i32; 3], usize)>>,
+}
+
+impl Stacks {
+    fn new() -> Self {
+        Self { numbers: FxHashMap::default(), keys: Vec::new(), recent: vec![None; 1 << RECENT_BITS] }
+    }
+
+    fn number(&mut self, key: [i32; 3]) -> usize {
+        let slot = (key[1].wrapping_mul(7).wrapping_add(key[2]) & ((1 << RECENT_BITS) - 1)) as usize;
+        if let Some((known, number)) = self.recent[slot]
+            && known == key
+        {
+            return number;
+        }
+        let number = *self.numbers.entry(key).or_insert(self.keys.len());
+        if number == self.keys.len() {
+            self.keys.push(key);
+        }
+        self.recent[slot] = Some((key, number));
+        number
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,8 @@
 //! Grids of heights over the ground, looked up beside walls.
 
+/// Places that are looked at together: their samples are put in order side by side.
+const TOGETHER: usize = 8;
+
 /// Heights (m) of square cells of `cell` metres, row after row; `low` is the index of the first cell. What lies beyond
 /// the grid has the height of its border.
 pub struct Heights<'a> {
@@ -34,26 +37,57 @@ impl Heights<'_> {
         least: usize,
         level: f64,
     ) -> Vec<f64> {
-        let mut known = Vec::with_capacity(steps.len());
-        let ways = places.iter().zip(aside).zip(along);
-        let height = |((place, aside), along): ((&[f64; 2], &[f64; 2]), &[f64; 2])| {
-            known.clear();
-            known.extend(steps.iter().map(|[to_side, onward]| {
-                self.at([0, 1].map(|axis| place[axis] + to_side * aside[axis] + onward * along[axis]))
+        let order = exchanges(steps.len());
+        let mut samples = vec![[f64::INFINITY; TOGETHER]; steps.len()];
+        let mut found = Vec::with_capacity(places.len());
+        for first in (0..places.len()).step_by(TOGETHER) {
+            let count = TOGETHER.min(places.len() - first);
+            let (mut known, mut near) = ([0_usize; TOGETHER], [0_usize; TOGETHER]);
+            for (sample, [to_side, onward]) in samples.iter_mut().zip(steps) {
+                for i in 0..count {
+                    let [place, aside, along] = [places, aside, along].map(|of| of[first + i]);
+                    let height = self.at([0, 1].map(|axis| place[axis] + to_side * aside[axis] + onward * along[axis]));
+                    known[i] += usize::from(height.is_finite());
+                    near[i] += usize::from(height.abs() < level);
+                    sample[i] = if height.is_finite() { height } else { f64::INFINITY };
+                }
+            }
+            for &[one, other] in &order {
+                let (low, high) = (samples[one], samples[other]);
+                for i in 0..TOGETHER {
+                    samples[one][i] = if low[i] < high[i] { low[i] } else { high[i] };
+                    samples[other][i] = if low[i] < high[i] { high[i] } else { low[i] };
+                }
+            }
+            found.extend((0..count).map(|i| {
+                if known[i] < least.max(1) {
+                    f64::NAN
+                } else if level > 0.0 && 4 * near[i] >= known[i] {
+                    0.0
+                } else {
+                    samples[(share * (known[i] - 1) as f64).round_ties_even() as usize][i]
+                }
             }));
-            known.retain(|height| height.is_finite());
-            if known.len() < least.max(1) {
-                return f64::NAN;
-            }
-            let near = known.iter().filter(|height| height.abs() < level).count();
-            if level > 0.0 && 4 * near >= known.len() {
-                return 0.0;
-            }
-            let rank = (share * (known.len() - 1) as f64).round_ties_even() as usize;
-            *known.select_nth_unstable_by(rank, f64::total_cmp).1
-        };
-        ways.map(height).collect()
+        }
+        found
     }
+}
+
+/// Pairs of places whose values, exchanged where the first is greater, one pair after the other, come in order: Batcher's
+/// network (Knuth, The Art of Computer Programming 3, 5.2.2, algorithm M). It takes no branch.
+fn exchanges(count: usize) -> Vec<[usize; 2]> {
+    let mut pairs = Vec::new();
+    let powers = |first: usize, last: usize| (0..usize::BITS).map(move |i| first << i).take_while(move |&p| p <= last);
+    for whole in powers(1, count.saturating_sub(1)) {
+        for apart in powers(1, whole).collect::<Vec<_>>().into_iter().rev() {
+            for start in (apart % whole..count.saturating_sub(apart)).step_by(2 * apart) {
+                let within = start..(start + apart).min(count - apart);
+                let same = |&place: &usize| place / (2 * whole) == (place + apart) / (2 * whole);
+                pairs.extend(within.filter(same).map(|place| [place, place + apart]));
+            }
+        }
+    }
+    pairs
 }
 
 /// Without a call of the C library, which rounding down is on old processors.
@@ -81,6 +115,24 @@ mod tests {
         assert_eq!(grid.about(&steps, ways, 1.0, 4, 0.0)[0], 3.0);
         assert_eq!(grid.about(&steps, ways, 1.0, 4, 0.1)[0], 0.0);
         assert!(grid.about(&steps, ways, 1.0, 5, 0.0)[0].is_nan());
+    }
+
+    #[test]
+    fn exchanges_put_all_values_in_order() {
+        for count in 0..12 {
+            let order = exchanges(count);
+            // Zeros and ones are enough (Knuth 3, 5.3.4, theorem Z).
+            for ones in 0..1_u32 << count {
+                let mut values: Vec<bool> = (0..count).map(|i| ones >> i & 1 == 1).collect();
+                for &[one, other] in &order {
+                    assert!(one < other);
+                    if values[one] > values[other] {
+                        values.swap(one, other);
+                    }
+                }
+                assert!(values.is_sorted());
+            }
+        }
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! and the kernels that grow with cells times angles. It knows no Python, prints nothing, reads no
 //! configuration, and gives the same bytes for any number of threads.
 
+pub mod boxes;
 mod brick;
 pub mod coarse;
 pub mod error;
@@ -10,8 +11,10 @@ pub mod heights;
 pub mod hits;
 pub mod hough;
 mod lattice;
+pub mod layer;
 pub mod patches;
 pub mod places;
+pub mod polygon;
 pub mod read;
 pub mod store;
 pub mod trace;

@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn patches_are_what_spreads_from_their_first_cells() {
         let (rows, columns) = (40, 23);
-        let filled: Vec<bool> = (0..rows * columns).map(|i| i * i * 7 % 31 < 11 || i % columns == 4).collect();
+        let filled: Vec<bool> = (0..rows * columns).map(|i| i * i * 7 % 31 < 7 || i % columns == 4).collect();
         let mut expected = vec![0; filled.len()];
         let mut next = 0;
         for seed in 0..filled.len() {

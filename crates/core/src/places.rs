@@ -85,9 +85,8 @@ impl Places {
             [low[0], high[0]],
             |_| Some([low[1], high[1]]),
             |points| {
-                for i in points {
-                    let [x, y] = self.points[i];
-                    if x >= low[0] && x <= high[0] && y >= low[1] && y <= high[1] {
+                for (i, &[x, y]) in points.clone().zip(&self.points[points]) {
+                    if (x >= low[0]) & (x <= high[0]) & (y >= low[1]) & (y <= high[1]) {
                         found(i);
                     }
                 }
@@ -112,10 +111,10 @@ impl Places {
             [low, high],
             |ends| between(&corners, ends),
             |points| {
-                for i in points {
-                    let [rx, ry] = [self.points[i][0] - x1, self.points[i][1] - y1];
+                for (i, [x, y]) in points.clone().zip(&self.points[points]) {
+                    let [rx, ry] = [x - x1, y - y1];
                     let (along, offset) = (rx * dx + ry * dy, ry * dx - rx * dy);
-                    if offset.abs() <= half_width && along >= -margin && along <= length + margin {
+                    if (offset.abs() <= half_width) & (along >= -margin) & (along <= length + margin) {
                         found(i, along, offset);
                     }
                 }

@@ -147,7 +147,7 @@ impl Evidence {
         position: Option<[f64; 3]>,
         occupancy: bool,
     ) -> PyResult<Self> {
-        let points: Vec<[f64; 3]> = rows("points", &points)?;
+        let points = rows("points", &points)?;
         let inner = asbuilt_core::voxel::Evidence::new(voxel, kept(occupancy)).map(|mut inner| {
             let scan = inner.scan(scan, position);
             inner.add(&points, scan);

@@ -37,6 +37,6 @@ pub fn height_about<'py>(
         return Err(PyValueError::new_err(format!("expected a share from 0 to 1, found {share}")));
     }
     let grid = Heights { heights: grid.as_slice()?, shape, low, cell };
-    let ways = [places.as_slice(), &aside, &along];
+    let ways = [&*places, &*aside, &*along];
     Ok(py.detach(|| grid.about(&steps, ways, share, least, level)).into_pyarray(py))
 }

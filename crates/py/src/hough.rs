@@ -27,7 +27,7 @@ pub fn hough_lines<'py>(
 ) -> PyResult<Found<'py>> {
     let search = Search { orientations, rho_step, fill_gap, min_length, min_votes, max_lines };
     let find = if incremental { hough::incremental } else { hough::batch };
-    let cells: Vec<[i32; 2]> = rows("cells", &cells)?;
+    let cells = rows("cells", &cells)?;
     if search.orientations == 0 || search.rho_step.is_nan() || search.rho_step <= 0.0 {
         return Err(PyValueError::new_err("expected at least one orientation and a positive rho step"));
     }

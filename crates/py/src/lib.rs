@@ -7,10 +7,12 @@ mod evidence;
 mod heights;
 mod hits;
 mod hough;
+mod layer;
 mod patches;
 mod places;
 mod read;
 mod rows;
+mod shapes;
 
 use pyo3::prelude::*;
 
@@ -27,11 +29,16 @@ mod _core {
     #[pymodule_export]
     use crate::hough::hough_lines;
     #[pymodule_export]
+    use crate::layer::layer_of;
+    #[pymodule_export]
     use crate::patches::{groups, patches_of};
     #[pymodule_export]
     use crate::places::Places;
     #[pymodule_export]
     use crate::read::{PointReader, formats, read_header};
+
+    #[pymodule_export]
+    use crate::shapes::{from_box_sides, within};
 
     /// Version of the package.
     #[pymodule_export]

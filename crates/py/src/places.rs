@@ -21,12 +21,11 @@ impl Places {
     fn new(
         py: Python<'_>,
         points: PyReadonlyArray2<'_, f64>,
-        index: PyReadonlyArray2<'_, i64>,
+        index: PyReadonlyArray2<'_, i32>,
         cell: f64,
     ) -> PyResult<Self> {
-        let index: Vec<[i64; 2]> = rows("index", &index)?;
-        let index: Vec<[i32; 2]> = index.iter().map(|at| at.map(|i| i as i32)).collect();
-        let inner = asbuilt_core::places::Places::new(rows("points", &points)?, &index, cell)
+        let index = rows("index", &index)?;
+        let inner = asbuilt_core::places::Places::new(rows("points", &points)?.into_owned(), &index, cell)
             .map_err(|error| to_python(py, &error))?;
         Ok(Self { inner })
     }
@@ -53,7 +52,7 @@ impl Places {
         Bound<'py, PyArray1<f64>>,
         Bound<'py, PyArray1<f64>>,
     )> {
-        let segments: Vec<[f64; 4]> = rows("segments", &segments)?;
+        let segments = rows("segments", &segments)?;
         let mut columns = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         py.detach(|| {
             for (segment, &ends) in segments.iter().enumerate() {
@@ -86,12 +85,12 @@ impl Places {
         min_weight: f64,
         min_length: f64,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
-        let weights = weights.as_array().to_vec();
+        let weights = weights.as_slice()?;
         if weights.len() != self.inner.points().len() {
             return Err(PyValueError::new_err("expected a weight for each point"));
         }
         let search = Trace { band, reach, gap, min_weight, min_length };
-        let lines = py.detach(|| trace(&self.inner, &weights, &search));
+        let lines = py.detach(|| trace(&self.inner, weights, &search));
         let ends: Vec<f64> = lines.iter().flat_map(|line| line.ends).collect();
         let weights: Vec<f64> = lines.iter().map(|line| line.weight).collect();
         Ok((ends.into_pyarray(py).reshape([weights.len(), 4])?, weights.into_pyarray(py)))
@@ -111,7 +110,7 @@ impl Places {
         step: f64,
         first: PyReadonlyArray1<'_, i64>,
     ) -> PyResult<Hits> {
-        let lines: Vec<[f64; 4]> = rows("lines", &lines)?;
+        let lines = rows("lines", &lines)?;
         let first: Vec<usize> = first.as_array().iter().map(|&i| i as usize).collect();
         let heights = heights.as_slice()?;
         if first.len() != lines.len() + 1 || heights.len() != self.inner.points().len() {
