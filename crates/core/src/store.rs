@@ -161,12 +161,11 @@ impl<W: Write> Writer<'_, W> {
 
     /// Sorted by index: the step from the one before, its scans, its voxels.
     fn bricks<C: Cells>(&mut self, bricks: &Bricks<C>, ranks: &[u32], kept: Kept) -> io::Result<()> {
-        let mut keys: Vec<_> = bricks.keys().copied().collect();
-        keys.sort_unstable();
-        self.number(keys.len() as u64)?;
-        let (mut before, mut bytes, mut scans, mut voxels) = ([0; 3], Vec::new(), Vec::new(), Vec::new());
-        for key in keys {
-            let brick = &bricks[&key];
+        let mut bricks: Vec<_> = bricks.iter().collect();
+        bricks.sort_unstable_by_key(|(key, _)| **key);
+        self.number(bricks.len() as u64)?;
+        let (mut before, mut bytes, mut scans) = ([0; 3], Vec::new(), Vec::new());
+        for (&key, brick) in bricks {
             bytes.clear();
             for axis in 0..3 {
                 let step = i64::from(key[axis]) - i64::from(before[axis]);
@@ -182,31 +181,57 @@ impl<W: Write> Writer<'_, W> {
                 push_number(&mut bytes, u64::from(scan - next));
                 next = scan + 1;
             }
-            voxels.clear();
-            brick.cells.each(|place, moments| voxels.push((place, *moments)));
-            voxels.sort_unstable_by_key(|&(place, _)| place);
-            push_number(&mut bytes, voxels.len() as u64 - 1); // a brick without voxels is none
+            push_number(&mut bytes, brick.cells.len() as u64 - 1); // a brick without voxels is none
             let mut next = 0;
-            for (place, moments) in &voxels {
-                push_number(&mut bytes, u64::from(place - next));
+            brick.cells.each(|place, moments| {
+                let step = u64::from(place - next);
                 next = place + 1;
                 if kept == Kept::Moments {
-                    push_number(&mut bytes, moments.count);
-                    moments.sum.iter().chain(&moments.products).for_each(|&sum| push_number(&mut bytes, sum));
+                    let Moments { count, sum: [x, y, z], products: [xx, xy, yy] } = *moments;
+                    push_numbers(&mut bytes, [step, count, x, y, z, xx, xy, yy]);
+                } else {
+                    push_number(&mut bytes, step);
                 }
-            }
+            });
             self.bytes(&bytes)?;
         }
         Ok(())
     }
 }
 
-fn push_number(bytes: &mut Vec<u8>, mut number: u64) {
-    while number >= 0x80 {
-        bytes.push(number as u8 | 0x80);
-        number >>= 7;
+fn push_number(bytes: &mut Vec<u8>, number: u64) {
+    push_numbers(bytes, [number]);
+}
+
+#[inline]
+fn push_numbers<const N: usize>(bytes: &mut Vec<u8>, numbers: [u64; N]) {
+    let (mut block, mut end) = ([[0; LONGEST]; N], 0);
+    for number in numbers {
+        let (encoded, length) = encode(number);
+        block.as_flattened_mut()[end..end + LONGEST].copy_from_slice(&encoded);
+        end += length;
     }
-    bytes.push(number as u8);
+    bytes.extend_from_slice(&block.as_flattened()[..end]);
+}
+
+/// The bytes of a number, and how many of them there are.
+#[inline]
+fn encode(number: u64) -> ([u8; LONGEST], usize) {
+    let length = (63 - (number | 1).leading_zeros() as usize) / 7 + 1;
+    let mut bytes = [0; LONGEST];
+    if length <= 8 {
+        // Nearly all are short: seven bits each go to the bytes of one word.
+        let word = (number & 0x0fff_ffff) | (number & 0x00ff_ffff_f000_0000) << 4;
+        let word = (word & 0x0000_3fff_0000_3fff) | (word & 0x0fff_c000_0fff_c000) << 2;
+        let word = (word & 0x007f_007f_007f_007f) | (word & 0x3f80_3f80_3f80_3f80) << 1;
+        let others = (1 << (8 * (length - 1))) - 1;
+        bytes[..8].copy_from_slice(&(word | (others & 0x8080_8080_8080_8080)).to_le_bytes());
+    } else {
+        for (i, byte) in bytes[..length].iter_mut().enumerate() {
+            *byte = (number >> (7 * i)) as u8 | if i + 1 < length { 0x80 } else { 0 };
+        }
+    }
+    (bytes, length)
 }
 
 /// The number at the front of some bytes, and how many of them it takes; None if it is none of at most 64 bits.
@@ -501,5 +526,22 @@ impl<R: BufRead> Reader<R> {
             return Err(impossible());
         }
         Ok(Moments { count, sum, products: product })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_any_length_are_read_as_written() {
+        let edges = (0..64).flat_map(|bits| [1_u64 << bits, (1 << bits) - 1]).chain([u64::MAX, 0x1234_5678_9abc_def0]);
+        for number in edges {
+            let (bytes, length) = encode(number);
+            assert_eq!(decode(&bytes), Some((number, length)));
+            let simple: Vec<_> = (0..length).map(|i| (number >> (7 * i)) as u8 & 0x7f).collect();
+            assert!(bytes[..length].iter().zip(&simple).all(|(byte, seven)| byte & 0x7f == *seven), "{number}");
+            assert!(bytes[..length - 1].iter().all(|byte| byte & 0x80 != 0) && bytes[length - 1] < 0x80, "{number}");
+        }
     }
 }

@@ -259,7 +259,6 @@ impl Evidence {
                 for (_, brick) in slab {
                     let first = voxels.len();
                     brick.cells.each(|place, &moments| voxels.push((place, moments)));
-                    voxels[first..].sort_unstable_by_key(|&(place, _)| place);
                     left.push(first..voxels.len());
                 }
                 // Of each brick the next column, row after row.
