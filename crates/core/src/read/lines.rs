@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use memchr::{memchr, memchr_iter};
+use wide::u8x16;
 
-use super::input::Input;
+use super::input::{Input, array, u64_at};
 use super::{Collector, PART};
 use crate::Result;
 
@@ -14,8 +15,11 @@ const BLOCK: u64 = 256 * 1024;
 /// A longer line is no row of numbers.
 const LONGEST_LINE: usize = 64 * 1024;
 
-/// Zero bytes behind the last line, so that a byte behind its end can be looked at.
-const PADDING: usize = 1;
+/// Bytes of a line that are looked at together.
+const WINDOW: usize = 32;
+
+/// Zero bytes behind the last line, so that a window and eight bytes more can be taken where its last byte is.
+const PADDING: usize = WINDOW + 8;
 
 /// The lines that begin within a range of bytes, one after the other.
 pub(super) struct Lines<'a> {
@@ -169,6 +173,10 @@ pub(super) struct Columns {
     pub delimiter: Option<u8>,
     /// Decimals as in 3,14.
     pub decimal_comma: bool,
+    /// What stands before the decimals.
+    point: u8,
+    /// Whether x, y, z are the first columns, in this order.
+    is_xyz: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -193,13 +201,54 @@ impl Columns {
         if let Some(delimiter) = delimiter {
             kinds[usize::from(delimiter)] = Kind::Delimiter;
         }
-        Self { axes, kinds, delimiter, decimal_comma }
+        let point = if decimal_comma { b',' } else { b'.' };
+        Self { axes, kinds, delimiter, decimal_comma, point, is_xyz: xyz == [0, 1, 2] }
     }
 
-    /// The coordinates in a line; `None` if it has too few columns or words where numbers should be. An empty column
-    /// is a number that is missing: NaN.
+    /// The coordinates in a line that begins as most do: x, y and z, each some digits, a point and some digits, with one
+    /// byte between them. `None` for any other, right or wrong.
+    ///
+    /// Where all three begin and end is found at once, without a branch that depends on how long they are.
     #[inline(always)]
-    pub fn parse(&self, line: Line<'_>) -> Option<[f64; 3]> {
+    fn parse_usual(&self, line: Line<'_>) -> Option<[f64; 3]> {
+        let text: &[u8; PADDING] = line.padded.first_chunk().filter(|_| self.is_xyz)?;
+        let mut marks = marks(text);
+        let mut next_mark = || {
+            let at = marks.trailing_zeros() as usize;
+            marks &= marks.wrapping_sub(1);
+            at
+        };
+        let (mut xyz, mut ends, mut start, mut odd) = ([0.0; 3], [0; 3], 0, 0);
+        for (value, end) in xyz.iter_mut().zip(&mut ends) {
+            let point = next_mark();
+            *end = next_mark();
+            let is_negative = text[start] == b'-';
+            let first = start + usize::from(is_negative);
+            let (before, behind) = (point.wrapping_sub(first), end.wrapping_sub(point + 1));
+            // Up to 15 digits over a power of ten that a double holds exactly give the nearest double.
+            if *end >= WINDOW || before.wrapping_sub(1) > 7 || behind.wrapping_sub(1) > 6 || text[point] != self.point {
+                return None;
+            }
+            let (whole, part) = (digits_at(text, first, before), digits_at(text, point + 1, behind));
+            odd |= (whole + ABOVE_NINE) | (part + ABOVE_NINE);
+            let number = if before + behind <= 8 {
+                eight_digits(whole >> (8 * behind) | part)
+            } else {
+                eight_digits(whole) * TENS[behind] as i64 + eight_digits(part)
+            };
+            *value = signed(number as f64 / TENS[behind], is_negative);
+            start = *end + 1;
+        }
+        let [x, y, z] = ends;
+        let between = self.delimiter.unwrap_or(b' ');
+        let is_whole = text[x] == between && text[y] == between && z <= line.length;
+        (is_whole && (z == line.length || self.kind(text[z]) != Kind::Word) && odd & HIGH_BITS == 0).then_some(xyz)
+    }
+
+    /// The coordinates in any line; `None` if it has too few columns or words where numbers should be. An empty column
+    /// is a number that is missing: NaN.
+    #[inline]
+    fn parse(&self, line: Line<'_>) -> Option<[f64; 3]> {
         let Line { padded: text, length, .. } = line;
         let mut point = [0.0; 3];
         let mut at = self.skip_blanks(text, 0);
@@ -231,7 +280,7 @@ impl Columns {
     /// The number at `at`, and where it ends.
     #[inline]
     fn number(&self, text: &[u8], at: usize, length: usize) -> Option<(f64, usize)> {
-        match decimal(text, at, if self.decimal_comma { b',' } else { b'.' }) {
+        match decimal(text, at, self.point) {
             None => self.unusual_number(text, at, length),
             found => found,
         }
@@ -291,9 +340,13 @@ fn decimal(text: &[u8], start: usize, point: u8) -> Option<(f64, usize)> {
     if count == 0 || count > 15 || matches!(text[at], b'e' | b'E' | b'd' | b'D') {
         return None;
     }
-    let value = mantissa as f64 / POWERS[behind];
-    // A sign is hard to guess: no branch.
-    Some((f64::from_bits(value.to_bits() ^ u64::from(is_negative) << 63), at))
+    Some((signed(mantissa as f64 / POWERS[behind], is_negative), at))
+}
+
+/// A sign is hard to guess: no branch.
+#[inline]
+fn signed(size: f64, is_negative: bool) -> f64 {
+    f64::from_bits(size.to_bits() ^ u64::from(is_negative) << 63)
 }
 
 /// `number` with the digits at `at` written behind it (overflowing if they are many), and where they end.
@@ -309,6 +362,39 @@ fn digits(text: &[u8], mut at: usize, mut number: i64) -> (i64, usize) {
     }
 }
 
+/// Powers of ten by the number of their zeros.
+const TENS: [f64; 8] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7];
+
+/// Added to bytes below 64, it sets the [`HIGH_BITS`] of those above nine.
+const ABOVE_NINE: u64 = 0x7676_7676_7676_7676;
+const HIGH_BITS: u64 = 0x8080_8080_8080_8080;
+
+/// A bit for each byte of the window that is neither a digit nor a minus.
+#[inline]
+fn marks(text: &[u8; PADDING]) -> u32 {
+    let half = |at| {
+        let bytes = u8x16::new(array(text, at));
+        let digits = bytes - u8x16::splat(b'0');
+        let is_digit = digits.cmp_eq(digits.min(u8x16::splat(9)));
+        (is_digit | bytes.cmp_eq(u8x16::splat(b'-'))).move_mask() as u32 & 0xffff
+    };
+    !(half(0) | half(16) << 16)
+}
+
+/// The values of the `count` digits at `at`, 1 to 8, a byte each, the last one highest, with zeros before them.
+#[inline]
+fn digits_at(text: &[u8; PADDING], at: usize, count: usize) -> u64 {
+    (u64_at(text, at) ^ 0x3030_3030_3030_3030) << (64 - 8 * count)
+}
+
+/// The number that eight digits write: two become one number, then four, then all.
+#[inline]
+fn eight_digits(digits: u64) -> i64 {
+    let twos = digits.wrapping_mul(10).wrapping_add(digits >> 8);
+    let (odd, even) = (twos & 0x0000_00ff_0000_00ff, twos >> 16 & 0x0000_00ff_0000_00ff);
+    (odd.wrapping_mul(100 + (1_000_000 << 32)).wrapping_add(even.wrapping_mul(1 + (10_000 << 32))) >> 32) as i64
+}
+
 /// Hand on every line of a range as a point: the loop that all text formats share. `other` decides what a line that
 /// is no point means.
 pub(super) fn read_points(
@@ -320,6 +406,10 @@ pub(super) fn read_points(
     is_other: impl Fn(&[u8]) -> bool,
 ) -> Result<()> {
     while let Some(line) = lines.next()? {
+        if let Some(point) = columns.parse_usual(line) {
+            convert(point, collector)?;
+            continue;
+        }
         match columns.parse(line) {
             Some(point) => convert(point, collector)?,
             None if line.text().trim_ascii().is_empty() || is_other(line.text()) => {}
@@ -357,9 +447,39 @@ mod tests {
     }
 
     #[test]
+    fn usual_lines_are_read_as_any_other() {
+        let (columns, mut state, mut usual) = (Columns::new([0, 1, 2], None, false), 1u64, 0);
+        let mut random = |below: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % below
+        };
+        for _ in 0..100_000 {
+            let mut text = String::new();
+            for column in 0..3 + random(2) {
+                let (longest, places) = (random(9) as u32, 1 + random(7) as u32);
+                let (whole, part) = (random(10u64.pow(longest)), random(10u64.pow(places)));
+                let sign = ["", "-"][random(2) as usize];
+                text += &format!("{}{sign}{whole}.{part}", if column > 0 { " " } else { "" });
+            }
+            if random(4) == 0 {
+                let at = random(text.len() as u64) as usize;
+                text.replace_range(at..=at, ["-", ".", " ", "e", "x", "\"", "7", ","][random(8) as usize]);
+            }
+            let padded = format!("{text}\n9.9 9.9 9.9\n{}", "\0".repeat(PADDING));
+            let line = Line { at: 0, padded: padded.as_bytes(), length: text.len() };
+            let any = columns.parse(line);
+            if let Some(found) = columns.parse_usual(line) {
+                assert_eq!(Some(found.map(f64::to_bits)), any.map(|point| point.map(f64::to_bits)), "{text}");
+                usual += 1;
+            }
+        }
+        assert!(usual > 20_000, "{usual}");
+    }
+
+    #[test]
     fn columns_are_found_whatever_stands_between() {
         let parse = |xyz, delimiter, decimal_comma, text: &str| {
-            let padded = format!("{text}\0");
+            let padded = format!("{text}{}", "\0".repeat(PADDING));
             Columns::new(xyz, delimiter, decimal_comma).parse(Line::new(padded.as_bytes()))
         };
         let point = Some([1.5, -2.0, 3e3]);
