@@ -64,6 +64,9 @@ fn describe(path: &Path, spacing: Option<f64>) -> Result<(Header, usize, AboutEv
     Ok((source.header().clone(), source.parts(), None))
 }
 
+/// Points that Python gets together: enough to forget the cost of the call.
+const TOGETHER: usize = 16 * 1024;
+
 type Points = (Vec<[f64; 3]>, Vec<u32>);
 
 /// Iterates over the points of a file, a batch at a time, decoded ahead on a thread of its own.
@@ -80,17 +83,23 @@ impl PointReader {
         let (sender, receiver) = sync_channel(4);
         std::thread::spawn(move || {
             let mut seen = 0;
+            let send = |ready: Points| match ready.0.is_empty() {
+                true => Ok(()),
+                false => sender.send(Ok(ready)).map_err(|_| Error::Interrupted), // nobody wants more
+            };
             for part in 0..source.parts() {
+                let (mut points, mut scans) = Points::default();
                 let read = source.read(part, &mut |batch| {
                     seen += batch.points.len() as u64;
-                    let scans = match batch.scans.is_empty() {
-                        true => vec![batch.scan; batch.points.len()],
-                        false => batch.scans.clone(),
-                    };
-                    // The receiver is gone: nobody wants more.
-                    sender.send(Ok((batch.points.clone(), scans))).map_err(|_| Error::Interrupted)
+                    points.extend_from_slice(&batch.points);
+                    scans.extend_from_slice(&batch.scans);
+                    scans.resize(points.len(), batch.scan);
+                    if points.len() < TOGETHER {
+                        return Ok(());
+                    }
+                    send((std::mem::take(&mut points), std::mem::take(&mut scans)))
                 });
-                match read {
+                match read.and_then(|skipped| send((points, scans)).map(|()| skipped)) {
                     Ok(skipped) => seen += skipped.invalid + skipped.not_finite,
                     Err(error) => {
                         let _ = sender.send(Err(error));

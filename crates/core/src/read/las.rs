@@ -38,15 +38,27 @@ pub(super) struct Layout {
 impl Layout {
     /// x, y, z of a record.
     #[inline]
-    pub fn point(&self, record: &[u8]) -> [f64; 3] {
+    fn point(&self, record: &[u8]) -> [f64; 3] {
         let raw: [u8; 12] = array(record, 0); // its length is checked once
         let axis = |i: usize| f64::from(i32_at(&raw, 4 * i)) * self.scale[i] + self.offset[i];
         [axis(0), axis(1), axis(2)]
     }
 
+    /// Hand on the points of some records, at most [`BATCH`].
+    pub fn hand_on(&self, records: &[u8], collector: &mut Collector<'_>) -> Result<()> {
+        let records = || records.chunks_exact(self.record_length);
+        let (points, mut scans) = (records().map(|r| self.point(r)), records().map(|r| self.scan(r)));
+        let first = scans.next().unwrap_or_default();
+        if scans.fold(true, |all, scan| all & (scan == first)) {
+            collector.batch.scan = first;
+            return collector.extend(points, std::iter::empty());
+        }
+        collector.extend(points, records().map(|r| self.scan(r)))
+    }
+
     /// The point source id of a record.
     #[inline]
-    pub fn scan(&self, record: &[u8]) -> u32 {
+    fn scan(&self, record: &[u8]) -> u32 {
         u32::from(u16_at(record, self.source_id_at))
     }
 }
@@ -174,8 +186,7 @@ impl Source for Las {
                 for first in (part as u64 * PART..end).step_by(BATCH) {
                     let (from, count) = (first * layout.record_length as u64, (end - first).min(BATCH as u64));
                     self.input.read_into(layout.start + from, count * layout.record_length as u64, &mut buffer)?;
-                    let records = || buffer.chunks_exact(layout.record_length);
-                    collector.extend(records().map(|r| layout.point(r)), records().map(|r| layout.scan(r)))?;
+                    layout.hand_on(&buffer, &mut collector)?;
                 }
             }
         }

@@ -237,20 +237,15 @@ fn decode<R>(
     points: u64,
     collector: &mut Collector<'_>,
 ) -> Result<()> {
-    let mut record = vec![0; layout.record_length];
-    let (mut decoded, mut scans) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
+    let mut records = vec![0; layout.record_length * BATCH];
     for first in (0..points).step_by(BATCH) {
-        decoded.clear();
-        scans.clear();
+        let count = (points - first).min(BATCH as u64) as usize;
+        let records = &mut records[..count * layout.record_length];
         guarded(input, || {
-            for _ in first..points.min(first + BATCH as u64) {
-                decoder.decompress_next(&mut record).map_err(|e| Error::io(input.path(), e))?;
-                decoded.push(layout.point(&record));
-                scans.push(layout.scan(&record));
-            }
-            Ok(())
+            let mut each = records.chunks_exact_mut(layout.record_length);
+            each.try_for_each(|record| decoder.decompress_next(record).map_err(|e| Error::io(input.path(), e)))
         })?;
-        collector.extend(decoded.iter().copied(), scans.iter().copied())?;
+        layout.hand_on(records, collector)?;
     }
     Ok(())
 }

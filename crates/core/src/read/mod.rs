@@ -19,7 +19,7 @@ use crate::{Error, Result};
 use input::Input;
 
 /// Points that are handed on together: enough to forget the cost of the call, few enough to stay in the cache.
-const BATCH: usize = 16 * 1024;
+const BATCH: usize = 2 * 1024;
 
 /// Points of one part, about: enough to forget the cost of starting it, few enough to keep every thread busy.
 const PART: u64 = 256 * 1024;

@@ -97,7 +97,15 @@ impl Records {
 
     /// Hand on the points of whole records. The usual types get a loop of their own.
     fn decode(&self, records: &[u8], collector: &mut Collector<'_>) -> Result<()> {
+        let x = self.axes[0].0;
         match (self.axes.map(|(_, scalar)| scalar), self.is_big_endian) {
+            ([Scalar::F32, Scalar::F32, Scalar::F32], false) if self.axes.map(|(at, _)| at) == [x, x + 4, x + 8] => {
+                let points = records.chunks_exact(self.length).map(|record| {
+                    let raw: [u8; 12] = array(record, x); // its length is checked once
+                    [0, 4, 8].map(|at| f64::from(f32::from_le_bytes(array(&raw, at))))
+                });
+                collector.extend(points, std::iter::empty())
+            }
             ([Scalar::F32, Scalar::F32, Scalar::F32], false) => {
                 self.decode_by(records, collector, |bytes, _| Scalar::F32.value(bytes, false))
             }
