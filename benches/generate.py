@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 import copclib
@@ -27,15 +27,16 @@ COLUMNS, RAYS = 2000, 1250
 SETUP = COLUMNS * RAYS
 
 
-def setups(points: int) -> Iterator[np.ndarray]:
-    """The points (n, 3) of each setup, m, in scan order."""
+def setups(points: int, rooms: int | None = None) -> Iterator[np.ndarray]:
+    """The points (n, 3) of each setup, m, in scan order; in no more than so many rooms, one after the other."""
     azimuth, elevation = np.meshgrid(
         np.linspace(0, 2 * np.pi, COLUMNS, endpoint=False), np.linspace(-1.2, 1.5, RAYS), indexing="ij"
     )
     across = np.cos(elevation)
     rays = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)], axis=-1).reshape(-1, 3)
     for number in range(-(-points // SETUP)):
-        low = np.array([number % ROOMS_ALONG, number // ROOMS_ALONG, 0]) * ROOM
+        room = number if rooms is None else number % rooms
+        low = np.array([room % ROOMS_ALONG, room // ROOMS_ALONG, 0]) * ROOM
         rng = np.random.default_rng(number)
         shaken = rays + rng.normal(0, 1e-4, rays.shape)
         scanner = np.array([3.0, 4.5, 1.6]) + rng.uniform(-1, 1, 3) * [1, 1, 0.2]
@@ -63,12 +64,12 @@ def write_las(path: Path, raw: np.ndarray, point_format: int) -> None:
             out.write_points(record)
 
 
-def write_ply(path: Path, raw: np.ndarray) -> None:
-    names = "".join(f"property {kind} {name}\n" for kind, name in [("float", n) for n in "xyz"])
+def write_ply(path: Path, points: int, parts: Iterable[np.ndarray]) -> None:
+    names = "".join(f"property float {name}\n" for name in "xyz")
     with path.open("wb") as out:
-        out.write(f"ply\nformat binary_little_endian 1.0\nelement vertex {len(raw)}\n{names}end_header\n".encode())
-        for first in range(0, len(raw), SETUP):
-            raw[first : first + SETUP].astype("<f4").tofile(out)
+        out.write(f"ply\nformat binary_little_endian 1.0\nelement vertex {points}\n{names}end_header\n".encode())
+        for part in parts:
+            part.astype("<f4").tofile(out)
 
 
 def write_text(path: Path, raw: np.ndarray, head: str = "", more: int = 0) -> None:
@@ -141,7 +142,7 @@ def generate(folder: Path, points: int, peers: Path) -> None:
     _make(folder / "floor.las", lambda path: write_las(path, raw, 3))
     _make(folder / "floor_7.laz", lambda path: write_las(path, raw, 7))
     _make(folder / "floor_3.laz", lambda path: write_las(path, raw, 3))
-    _make(folder / "floor.ply", lambda path: write_ply(path, raw))
+    _make(folder / "floor.ply", lambda path: write_ply(path, len(raw), np.split(raw, range(SETUP, len(raw), SETUP))))
     for kind in ("float64", "float32", "scaled"):
         _make(folder / f"floor_{kind}.e57", write_e57(kind))
     _make(folder / "floor.xyz", lambda path: write_text(path, raw))
@@ -164,5 +165,10 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=Path)
     parser.add_argument("--points", type=int, default=50_000_000)
     parser.add_argument("--peers", type=Path, default=Path("target/release/examples/peers"))
+    parser.add_argument("--same-rooms", action="store_true", help="only floor.ply, all points in twenty rooms")
     given = parser.parse_args()
+    if given.same_rooms:
+        given.folder.mkdir(parents=True, exist_ok=True)
+        _make(given.folder / "floor.ply", lambda path: write_ply(path, given.points, setups(given.points, 20)))
+        sys.exit()
     generate(given.folder, given.points, given.peers)
