@@ -178,7 +178,7 @@ def _faces(segments: FloatArray, occupied: IntArray, voxel: float, level: Level)
     """Segments (n, 4), m, as wall faces, with the voxels within one voxel of each counted and measured."""
     centres = (occupied[:, :2].astype(np.float64) + 0.5) * voxel
     # A segment ends at its last cell: a hair more, so that rounding does not decide whether that cell counts.
-    places = _core.Places(centres, occupied[:, :2].astype(np.int64, copy=False), voxel)
+    places = _core.Places(centres, occupied[:, :2].astype(np.int32, copy=False), voxel)
     face_of, _, along, offset = places.strips(segments, voxel, 1e-9)
     first = np.searchsorted(face_of, np.arange(len(segments) + 1))
     faces = []
