@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from asbuilt import extract_floor_plan
-from asbuilt.faces import Face, drop_doubles, drop_leaves, maximal_runs
-from rooms import box, box_room, evidence, level, lying_on, rectangle, segments, wall, walls, without
+from asbuilt.elevations import draw_elevations
+from asbuilt.faces import (
+    Face,
+    drop_doubles,
+    drop_leaves,
+    find_faces,
+    maximal_runs,
+    score_steps,
+    segments_of,
+    turn_backs,
+)
+from asbuilt.params import WallParameters
+from asbuilt.partitions import find_partitions
+from asbuilt.profiles import columns
+from asbuilt.wall_lines import find_wall_lines
+from rooms import box, box_room, evidence, level, lying_on, rectangle, segments, voxels_of, wall, walls, without
 
 ASIDE = 0.002
 CORNER = 0.005
@@ -179,6 +194,22 @@ def test_a_wall_that_hardly_shows_meets_another(x: float, y: float, kept: bool) 
     apart = [wall((x, y), (x, y + 4), 1.9, 2.6), level(x - 0.3, y, x, y + 0.8, 0)]
     found = plan(box_room(0, 0, 5, 4), *apart)
     assert len(lying_on(found, (x, y + 0.5), (x, y + 3.5), ASIDE)) == kept
+
+
+def test_which_side_sees_a_face_the_other_face_of_its_wall_tells() -> None:
+    voxels, parameters = voxels_of(box_room(0, 0, 4, 4), box_room(4.1, 0, 9, 4)), WallParameters()
+    lines = find_wall_lines(columns(voxels), voxels, parameters)
+    elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
+    faces = find_faces(elevations, score_steps(elevations, parameters), parameters)
+    assert turn_backs(faces, elevations) == faces  # all are sure
+    at = np.array([abs(face.start[0] + voxels.origin[0] - 4) + abs(face.end[0] - face.start[0]) for face in faces])
+    line = faces[int(at.argmin())].line
+    left = elevations.left.copy()
+    left[elevations.first[line] : elevations.first[line + 1]] ^= np.arange(np.diff(elevations.first)[line]) % 5 < 3
+    doubtful = replace(elevations, left=left)
+    wrong = find_faces(doubtful, score_steps(elevations, parameters), parameters)
+    assert len(drop_doubles(wrong)) == len(faces) - 1
+    np.testing.assert_array_equal(segments_of(turn_backs(wrong, doubtful)), segments_of(faces))
 
 
 def test_tables_and_beds_are_no_walls() -> None:

@@ -33,9 +33,13 @@ _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _LEAF, _FREE = 0.08, 0.15
 """A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
+_SURE = 0.9
+"""It is sure which side sees a face if more than this share of its steps tells so."""
+_THICKNESS, _PARALLEL = (0.04, 0.4), np.cos(np.radians(2.0))
+"""The faces of a wall are so far apart, m, and turned less against each other."""
 _SEEN, _MEETS = 0.35, 1.0
 """Where less than such a share of floor and ceiling shows before a face, it must meet another one so near, m."""
-_LEANING = (4.0, np.cos(np.radians(30.0)), 0.05)
+_LEANING = (4.0, np.cos(np.radians(30.0)), 0.025)
 """What passes through a face so many times as long, at a smaller angle and so far to both sides, m, leans on it."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
@@ -139,6 +143,39 @@ def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParam
                 ends.reverse()
             faces.append(Face(line, ends[0], ends[1], score))
     return faces
+
+
+def turn_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
+    """Faces, those turned round of which it is not sure which side sees them and which look at the back of a surer one.
+
+    Through a thin wall, floor and ceiling of the room behind show as near as those of the room before.
+    """
+    full = usual_filling(elevations)
+    sure, filled = [], []
+    for face in faces:
+        steps = elevations.beside(face.line, face.start, face.end)
+        left = elevations.left[steps].mean()
+        sure.append(left if float(face.along @ elevations.along(face.line)) > 0 else 1 - left)
+        filled.append(elevations.whole[steps].mean() > _SEEN * full)  # a pane in the wall is not
+    turned = list(faces)
+    for i, near in enumerate(near_each(segments_of(faces), segments_of(faces), _THICKNESS[1])):
+        if sure[i] > _SURE or not filled[i]:
+            continue
+        back = faces[i].turned
+        is_back = any(sure[j] > sure[i] and _is_back(faces[i], faces[j]) for j in near)
+        if is_back and not any(covered_length(back, faces[j], _THICKNESS[1]) > 0.1 for j in near):
+            turned[i] = back
+    return turned
+
+
+def _is_back(face: Face, other: Face) -> bool:
+    """Whether a face would be the back of another one that stands before it, if it looked the other way."""
+    apart = float(((other.start + other.end) / 2 - face.start) @ face.normal)
+    return bool(
+        _THICKNESS[0] < apart < _THICKNESS[1]
+        and float(face.along @ other.along) > _PARALLEL
+        and covered_length(face, other, _THICKNESS[1]) > 0.5 * face.length
+    )
 
 
 def drop_doubles(faces: list[Face], apart: float = 0.3) -> list[Face]:

@@ -24,6 +24,7 @@ from asbuilt.faces import (
     measure_faces,
     score_steps,
     snap_to_jambs,
+    turn_backs,
 )
 from asbuilt.final_pass import finish_faces
 from asbuilt.frame import doubt_extent, doubt_unit, doubt_up
@@ -126,8 +127,8 @@ def _plan_by_profiles(
     lines = find_wall_lines(columns(voxels), voxels, parameters.walls)
     elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
     scores = score_steps(elevations, parameters.walls)
-    faces = drop_leaves(drop_doubles(find_faces(elevations, scores, parameters.walls)))
-    faces = drop_unmet(faces, elevations)
+    faces = turn_backs(find_faces(elevations, scores, parameters.walls), elevations)
+    faces = drop_unmet(drop_leaves(drop_doubles(faces)), elevations)
     faces = snap_to_jambs(cut_openings(faces, elevations, scores, voxels), voxels)
     faces = find_curves(faces, voxels)
     faces = drop_columns(close_corners(faces, elevations, scores, parameters.walls))

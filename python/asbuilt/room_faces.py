@@ -111,7 +111,8 @@ def draw_room_faces(
         stretches = [(max(a, 0.0), min(b, side.length)) for a, b in place[on]]
         shared = np.minimum(place.max(axis=1), side.length) - np.maximum(place.min(axis=1), 0.0)
         # What stands free in a room shows on all its sides, or is none of a wall.
-        beside = side.of_hole or bool(((np.abs(aside).max(axis=1) < _BESIDE) & (shared > 0.3 * side.length)).any())
+        close = (np.abs(aside).max(axis=1) < _BESIDE) & (shared > _BESIDE)
+        beside = side.of_hole or bool(shared[close].sum() > 0.3 * side.length)
         glazed = _openings_on(side, panes)
         wall = _without(
             _filled(side, stretches + glazed, own, gone, elevations, scores, voxels, well_seen, beside), gone
