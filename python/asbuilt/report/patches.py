@@ -73,7 +73,7 @@ def cut_faces(plan: FloorPlan, evidence: Evidence) -> Patches:
     segments = np.array([(*face.start, *face.end) for face, _ in faces]).reshape(-1, 4)
     heights = np.array([(storey.floor + _CLEAR[0], storey.ceiling - _CLEAR[1]) for _, storey in faces]).reshape(-1, 2)
     place = evidence.index * evidence.voxel + evidence.mean
-    places = _core.Places(place[:, :2], evidence.index[:, :2].astype(np.int64), evidence.voxel)
+    places = _core.Places(place[:, :2], evidence.index[:, :2].astype(np.int32, copy=False), evidence.voxel)
     face, voxel, along, offset = places.strips(segments, _ON_FACE, 0.0)
     standing = (place[voxel, 2] > heights[face, 0]) & (place[voxel, 2] < heights[face, 1])
     face, voxel, along, offset = face[standing], voxel[standing], along[standing], offset[standing]
