@@ -45,6 +45,8 @@ _UPPER = (0.45, 0.1)
 """The upper zone of a wall: from and to this far below the ceiling, m."""
 _CORNICE = (0.2, 0.4)
 """A cornice stands out of its wall by less than the first, and hides it below the ceiling by the second, m."""
+_LINTEL = 1.7
+"""The lintel before a shut door, which looks alike, goes on for less, m."""
 _TOP = 0.25
 """Its upper half begins so far below the ceiling, m."""
 
@@ -173,6 +175,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         _share_filled(below, ceiling - low - _UPPER[0], ceiling - low - _UPPER[1], step) for low in (0.0, _CORNICE[1])
     )
     top = _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
+    lower = _share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
     # What stands out of the wall there, and neither lower nor farther.
     out, deep = (2 * ON_PLANE, _CORNICE[0]), (_CORNICE[0], _DEPTH)
     hiding, lower_down, farther = (
@@ -180,14 +183,15 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         for depth, below_it in ((out, 0.0), (out, 2 * _CORNICE[1]), (deep, 0.0))
     )
     at_cornice = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3) & (smooth(top, first, wide) < 0.3)
-    at_cornice &= ~unknown
+    at_cornice &= ~unknown & (smooth(lower, first, wide) > 0.5)
+    at_cornice = _long_runs(at_cornice, first, round(_LINTEL / step))
     return Elevations(
         lines,
         first,
         step,
         left,
         upper=np.where(at_cornice, np.maximum(upper, under), upper),
-        lower=_share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step),
+        lower=lower,
         whole=whole,
         top=np.where(unknown | at_cornice, 1.0, top),
         front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
@@ -295,6 +299,15 @@ def smooth(values: FloatArray, first: IntArray, width: int) -> FloatArray:
 def smooth_rows(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     """Mean over `width` steps around each step (m, k), never across lines."""
     return _core.means_along(np.ascontiguousarray(values), np.asarray(first, dtype=np.int64), width)
+
+
+def _long_runs(found: BoolArray, first: IntArray, least: int) -> BoolArray:
+    """Which steps (m,) are of runs of at least so many that were found, never across lines."""
+    new = np.diff(found, prepend=False)
+    new[first[:-1]] = True
+    run = np.cumsum(new)
+    long: BoolArray = found & (np.bincount(run)[run] >= least)
+    return long
 
 
 def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:

@@ -33,8 +33,8 @@ _PARTITION = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _LEAF, _FREE = 0.08, 0.15
 """A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
-_SURE = 0.9
-"""It is sure which side sees a face if more than this share of its steps tells so."""
+_SURE, _HALF_SURE = 0.9, 0.6
+"""It is sure which side sees a face if more than this share of its steps tells so; or half sure."""
 _THICKNESS, _PARALLEL = (0.04, 0.4), np.cos(np.radians(2.0))
 """The faces of a wall are so far apart, m, and turned less against each other."""
 _SEEN, _MEETS = 0.35, 1.0
@@ -151,12 +151,9 @@ def turn_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
     Through a thin wall, floor and ceiling of the room behind show as near as those of the room before.
     """
     full = usual_filling(elevations)
-    sure, filled = [], []
-    for face in faces:
-        steps = elevations.beside(face.line, face.start, face.end)
-        left = elevations.left[steps].mean()
-        sure.append(left if float(face.along @ elevations.along(face.line)) > 0 else 1 - left)
-        filled.append(elevations.whole[steps].mean() > _SEEN * full)  # a pane in the wall is not
+    sure = [_sureness(face, elevations) for face in faces]
+    # A pane in the wall is not filled.
+    filled = [elevations.whole[_steps_of(face, elevations)].mean() > _SEEN * full for face in faces]
     turned = list(faces)
     for i, near in enumerate(near_each(segments_of(faces), segments_of(faces), _THICKNESS[1])):
         if sure[i] > _SURE or not filled[i]:
@@ -166,6 +163,16 @@ def turn_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
         if is_back and not any(covered_length(back, faces[j], _THICKNESS[1]) > 0.1 for j in near):
             turned[i] = back
     return turned
+
+
+def _steps_of(face: Face, elevations: Elevations) -> slice:
+    return elevations.beside(face.line, face.start, face.end)
+
+
+def _sureness(face: Face, elevations: Elevations) -> float:
+    """Share of the steps of a face that tell that it is seen from its left."""
+    left = float(elevations.left[_steps_of(face, elevations)].mean())
+    return left if float(face.along @ elevations.along(face.line)) > 0 else 1 - left
 
 
 def _is_back(face: Face, other: Face) -> bool:
@@ -224,18 +231,29 @@ def drop_leaves(faces: list[Face]) -> list[Face]:
 def drop_unmet(faces: list[Face], elevations: Elevations) -> list[Face]:
     """Faces without those before which floor and ceiling hardly show, but where such a one meets another face.
 
-    Those that meet none stand outside, and were seen through a window or in a mirror.
+    Those that meet none stand outside, and were seen through a window or in a mirror. Nor is such a face kept beside
+    another one if it is not even told which side sees it: it is a pane.
     """
     full = usual_filling(elevations)
     seen = [_is_seen(face, elevations, full) for face in faces]
     well_seen = [face for face, is_seen in zip(faces, seen, strict=True) if is_seen]
     near_tips = near_each(segments_of(faces).reshape(-1, 2), segments_of(well_seen), _MEETS)
-    return [face for i, face in enumerate(faces) if seen[i] or len(near_tips[2 * i]) or len(near_tips[2 * i + 1])]
+
+    def is_met(i: int) -> bool:
+        face, met = faces[i], {*near_tips[2 * i], *near_tips[2 * i + 1]}
+        beside = any(
+            covered_length(side, well_seen[j], _THICKNESS[1]) > 0.5 * face.length
+            for side in (face, face.turned)
+            for j in met
+        )
+        return bool(met) and not (beside and _sureness(face, elevations) < _HALF_SURE)
+
+    return [face for i, face in enumerate(faces) if seen[i] or is_met(i)]
 
 
 def _is_seen(face: Face, elevations: Elevations, full: float) -> bool:
     """Whether floor and ceiling show before a face, or it shows itself in most places."""
-    steps = elevations.beside(face.line, face.start, face.end)
+    steps = _steps_of(face, elevations)
     front, whole = elevations.front[steps].mean(), elevations.whole[steps].mean() / full
     return bool(elevations.partition[face.line] or front > _SEEN or (front > 0.1 and whole > _SEEN))
 
