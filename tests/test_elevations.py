@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt.elevations import Elevations, ceiling_heights, close_gaps, draw_elevations, smooth
 from asbuilt.profiles import StoreyVoxels
-from rooms import box, box_room, level, voxels_of, walls, without
+from rooms import box, box_room, level, voxels_of, wall, walls, without
 
 
 def elevation(voxels: StoreyVoxels, *line: float) -> Elevations:
@@ -80,6 +80,22 @@ def test_under_a_cove_a_wall_ends_lower() -> None:
     room = np.concatenate([cove, level(0, 0, 6, 4, 0), tray, level(0.4, 0.4, 5.6, 3.6, 2.6)])
     drawn = elevation(voxels_of(room), 0, 0, 6, 0)
     assert drawn.upper[on_wall(drawn, 0.5, 5.5)].min() > 0.9
+
+
+@pytest.mark.parametrize(("width", "cornice"), [(4.0, True), (1.0, False)])
+def test_a_cornice_is_told_from_the_lintel_before_a_shut_door(width: float, cornice: bool) -> None:
+    high, low = 1 + width, 1.0
+    room = without(ROOM, (low + 0.01, -0.1, 0.001), (high - 0.01, 0.1, 2.15))
+    reveals = [wall((x, 0), (x, -0.12), 0, 2.15) for x in (low, high)]
+    recess = [
+        wall((low, -0.12), (high, -0.12), 0, 2.15),
+        level(low, -0.12, high, 0, 0),
+        level(low, -0.12, high, 0, 2.15),
+    ]
+    drawn = elevation(voxels_of(room, *reveals, *recess), low, -0.12, high, -0.12)
+    middle = on_wall(drawn, width / 2 - 0.2, width / 2 + 0.2)
+    assert (drawn.upper[middle].min() > 0.9) == cornice
+    assert (drawn.top[middle].min() > 0.9) == cornice
 
 
 def test_the_top_of_a_wall_is_filled_and_that_of_a_cupboard_is_not() -> None:

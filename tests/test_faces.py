@@ -128,14 +128,6 @@ def test_walls_under_a_cornice(deep: float, high: float) -> None:
         assert len(lying_on(found, a, b, ASIDE)) == 1
 
 
-def test_a_shut_door_under_its_lintel_is_no_wall_under_a_cornice() -> None:
-    room = without(box_room(0, 0, 5, 4), (1.99, -0.1, 0.0), (3.01, 0.1, 2.05))
-    reveals = [wall((2, 0), (2, -0.12), 0, 2.05), wall((3, -0.12), (3, 0), 0, 2.05), level(2, -0.12, 3, 0, 2.05)]
-    found = plan(room, *reveals, wall((2, -0.12), (3, -0.12), 0, 2.05))
-    assert len(lying_on(found, (2, -0.12), (3, -0.12), 0.01)) == 0
-    assert len(lying_on(found, (0, 0), (5, 0), ASIDE)) == 2
-
-
 @pytest.mark.parametrize("rise", [-0.2, 0.4])
 def test_a_beam_over_another_floor_is_no_wall(rise: float) -> None:
     # the second room lies some steps lower or higher; a beam of 0.25 m hangs in it
