@@ -1,6 +1,7 @@
 """Measure what a plan costs, and how that grows with the floor area; write the table of docs/benchmarks.md.
 
     python benches/plan.py school.laz --tiles 1 4 16
+    python benches/plan.py school.laz --voxel 0.2 --tiles 1 4 16 100
 
 The evidence of a building is laid out again and again beside itself, a lane of 25 m between, and planned. Each size is
 planned in a process of its own; cost is its CPU seconds without start-up, reading and tiling. The first figure is that
@@ -28,7 +29,6 @@ from run import ASBUILT, ROOT, measure, processor
 import asbuilt
 
 PAGE = ROOT / "docs" / "benchmarks.md"
-START, END = "<!-- plan -->", "<!-- end of plan -->"
 LANE = 25.0
 """Between tiles, m; of the building, strays further than this from most of its voxels are left out."""
 
@@ -71,11 +71,18 @@ def plan_tiles(path: Path, count: int) -> None:
     tiles = dataclasses.replace(evidence, core=Tiles(evidence, count))
     del evidence
     start = time.process_time()
-    plan = asbuilt.extract_floor_plan(tiles)
+    plan = asbuilt.extract_floor_plan(
+        tiles, asbuilt.Parameters().replace(storeys={"voxel": storeys_voxel(tiles.voxel)})
+    )
     cost = time.process_time() - start
     rooms = sum(len(storey.rooms) for storey in plan)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     print(len(tiles.index), len(plan.wall_faces), rooms, cost, memory)
+
+
+def storeys_voxel(voxel: float) -> float:
+    """The voxel in which storeys are looked for: no smaller than the evidence's, m."""
+    return max(voxel, asbuilt.Parameters().storeys.voxel)
 
 
 def row(path: Path, count: int, one: tuple[float, float] | None) -> tuple[str, tuple[float, float]]:
@@ -95,6 +102,7 @@ def row(path: Path, count: int, one: tuple[float, float] | None) -> tuple[str, t
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("scans", type=Path, help="of a building, or its evidence")
+    parser.add_argument("--voxel", type=float, default=0.05, help="of the evidence, m")
     parser.add_argument("--tiles", type=int, nargs="+", default=[1, 4, 16])
     parser.add_argument("--repeat", type=int, default=5, help="of the whole command; the least counts")
     parser.add_argument("--only", type=int, help=argparse.SUPPRESS)
@@ -104,8 +112,10 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "one.evidence"
-        asbuilt.gather_evidence(asbuilt.read(given.scans)).save(path)
+        gathered = asbuilt.Parameters().replace(evidence={"voxel": given.voxel}).evidence
+        asbuilt.gather_evidence(asbuilt.read(given.scans), gathered).save(path)
         command = [*ASBUILT, "plan", str(path), "-o", str(Path(folder) / "plan.geojson")]
+        command += ["--set", f"storeys.voxel={storeys_voxel(given.voxel)}"]
         whole = min(measure(command).cpu for _ in range(given.repeat))
         load = os.getloadavg()[0]
         rows, one = [], None
@@ -115,8 +125,8 @@ def main() -> None:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("numpy", "scipy", "shapely"))
     name = given.scans.stem if given.scans.suffix == ".evidence" else given.scans.parent.name
     about = (
-        f"`asbuilt plan {name}.evidence`, start-up included: {whole:.1f} s of CPU (the least of "
-        f"{given.repeat}), on {processor()} with {os.cpu_count()} cores, "
+        f"`asbuilt plan {name}.evidence`, voxels of {100 * given.voxel:g} cm, start-up included: {whole:.1f} s of CPU "
+        f"(the least of {given.repeat}), on {processor()} with {os.cpu_count()} cores, "
         f"Python {platform.python_version()}, {versions}."
     )
     if load > 1:
@@ -125,10 +135,11 @@ def main() -> None:
         "| tiles | million voxels | wall faces | rooms | CPU s | times one | n log n | peak GB |\n" + "|---" * 8 + "|"
     )
     text = PAGE.read_text(encoding="utf-8")
-    before, _, rest = text.partition(START)
-    _, _, after = rest.partition(END)
+    begin, end = (f"<!-- {word}plan, {given.voxel:g} m -->" for word in ("", "end of "))
+    before, _, rest = text.partition(begin)
+    _, _, after = rest.partition(end)
     table = "\n".join([about, "", head, *rows])
-    PAGE.write_text(f"{before}{START}\n\n{table}\n\n{END}{after}", encoding="utf-8")
+    PAGE.write_text(f"{before}{begin}\n\n{table}\n\n{end}{after}", encoding="utf-8")
 
 
 if __name__ == "__main__":

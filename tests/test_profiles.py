@@ -82,7 +82,9 @@ def test_hits_are_counted_by_step_depth_and_height(voxels: StoreyVoxels) -> None
         inside &= (z - about[at] > -0.4) & (z - about[at] < 0.3)
         assert inside.sum() > 50
         ranges = (sides, depth, about, height)
-        assert np.array_equal(hits.count(ranges), np.bincount(at[inside], minlength=steps))
+        counts, again = hits.counts([ranges, ranges])
+        assert np.array_equal(counts, np.bincount(at[inside], minlength=steps))
+        assert np.array_equal(counts, again)
         for found, values in (
             (hits.by_depth(ranges, 0.1, 3), side * offset),
             (hits.by_height(ranges, 0.1, 30), z),

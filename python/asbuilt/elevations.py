@@ -139,14 +139,18 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     # Where the other face of its wall stands, if the room that sees the plane is on the left, and on the right.
     twins = [twin_distance(hits, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
     # Close to the plane most of all: on the far side of a thin wall another room begins.
-    faces = []
-    for levels, sign, beyond in zip(zip(floors, ceilings, strict=True), (1, -1), twins[::-1], strict=True):
-        seen = np.zeros(total)
-        for weight, reach in ((1, _NEAR[1]), (9, _CLOSE[1])):
-            depth = (_NEAR[0], np.minimum(reach, beyond - 0.015))
-            for level, within in zip(levels, _WITHIN, strict=True):
-                seen += weight * hits.count(_ranges(total, sign, depth, level, (-within, within)))
-        faces.append(seen)
+    weights = ((1, _NEAR[1]), (9, _CLOSE[1]))
+    around = hits.counts(
+        [
+            _ranges(total, sign, (_NEAR[0], np.minimum(reach, beyond - 0.015)), level, (-within, within))
+            for levels, sign, beyond in zip(zip(floors, ceilings, strict=True), (1, -1), twins[::-1], strict=True)
+            for _, reach in weights
+            for level, within in zip(levels, _WITHIN, strict=True)
+        ]
+    )
+    # So much of floor and ceiling, on the left and on the right.
+    weight = np.repeat([weight for weight, _ in weights], len(_WITHIN)).astype(np.float64)
+    faces = [np.sum(weight[:, None] * side, axis=0) for side in (around[:4], around[4:])]
     wide = 2 * round(0.4 / step) + 1
     left = partition[line_of] | (smooth(faces[0], first, wide) >= smooth(faces[1], first, wide))
 
@@ -159,29 +163,36 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     on_plane = _ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
     below = _filled_below(hits.by_height(on_plane, step, rows) > 0)
 
-    def share(side: FloatArray, depth: Ends, about: FloatArray | float, height: Ends, least: int = 1) -> FloatArray:
-        counts = hits.count(_ranges(total, side, depth, about, height))
-        return smooth((counts >= least).astype(np.float64), first, 5)
-
     close = (_NEAR[0], np.minimum(_CLOSE[1], twin - 0.015))
     at_floor, at_ceiling = ((-within, within) for within in _WITHIN)
     low = (_NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
     whole = _share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step)
-    (front_floor, floor_behind), (front_ceiling, ceiling_behind) = (
-        _as_if_dense(share(front_is, _NEAR, front, at), share(-front_is, close, back, at), whole)
-        for front, back, at in ((before, behind, at_floor), (ceiling, ceiling, at_ceiling))
+    upper_zone = (-_UPPER[0], -_UPPER[1])
+    # What stands out of the wall under the ceiling, and neither lower nor farther.
+    out, deep = (2 * ON_PLANE, _CORNICE[0]), (_CORNICE[0], _DEPTH)
+    looks: list[tuple[FloatArray, Ends, FloatArray | float, Ends, int]] = [
+        (front_is, _NEAR, before, at_floor, 1),
+        (-front_is, close, behind, at_floor, 1),
+        (front_is, _NEAR, ceiling, at_ceiling, 1),
+        (-front_is, close, ceiling, at_ceiling, 1),
+        (-front_is, _BEYOND, ceiling, at_ceiling, 1),
+        (-front_is, low, 0.0, _LOW, 2),
+        (front_is, out, ceiling, upper_zone, 3),
+        (front_is, out, ceiling - 2 * _CORNICE[1], upper_zone, 3),
+        (front_is, deep, ceiling, upper_zone, 3),
+    ]
+    seen = hits.counts([_ranges(total, side, depth, about, height) for side, depth, about, height, _ in looks])
+    floor, floor_behind, over, ceiling_behind, ceiling_beyond, low_behind, hiding, lower_down, farther = (
+        smooth((count >= least).astype(np.float64), first, 5) for count, (*_, least) in zip(seen, looks, strict=True)
     )
+    front_floor, floor_behind = _as_if_dense(floor, floor_behind, whole)
+    front_ceiling, ceiling_behind = _as_if_dense(over, ceiling_behind, whole)
     upper, under = (
         _share_filled(below, ceiling - low - _UPPER[0], ceiling - low - _UPPER[1], step) for low in (0.0, _CORNICE[1])
     )
     top = _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
     lower = _share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
-    # What stands out of the wall there, and neither lower nor farther.
-    out, deep = (2 * ON_PLANE, _CORNICE[0]), (_CORNICE[0], _DEPTH)
-    hiding, lower_down, farther = (
-        smooth(share(front_is, depth, ceiling - below_it, (-_UPPER[0], -_UPPER[1]), least=3), first, wide)
-        for depth, below_it in ((out, 0.0), (out, 2 * _CORNICE[1]), (deep, 0.0))
-    )
+    hiding, lower_down, farther = (smooth(share, first, wide) for share in (hiding, lower_down, farther))
     at_cornice = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3) & (smooth(top, first, wide) < 0.3)
     at_cornice &= ~unknown & (smooth(lower, first, wide) > 0.5)
     at_cornice = _long_runs(at_cornice, first, round(_LINTEL / step))
@@ -196,9 +207,9 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         top=np.where(unknown | at_cornice, 1.0, top),
         front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
         ceiling_behind=ceiling_behind,
-        ceiling_beyond=share(-front_is, _BEYOND, ceiling, at_ceiling),
+        ceiling_beyond=ceiling_beyond,
         floor_behind=floor_behind,
-        low_behind=share(-front_is, low, 0.0, _LOW, least=2),
+        low_behind=low_behind,
         partition=partition,
     )
 

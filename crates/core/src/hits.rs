@@ -23,6 +23,14 @@ pub struct Range {
     pub height: [f64; 2],
 }
 
+impl Range {
+    /// Whether a point, its offset to the left and its height, is in it; told without a branch.
+    fn holds(&self, [offset, height]: [f64; 2]) -> bool {
+        let (depth, above) = (self.side * offset, height - self.about);
+        (depth > self.depth[0]) & (depth < self.depth[1]) & (above > self.height[0]) & (above < self.height[1])
+    }
+}
+
 /// Points near lines.
 pub struct Hits {
     half_width: f64,
@@ -45,17 +53,19 @@ impl Hits {
         first: &[usize],
     ) -> Self {
         let mut this = Self { half_width, hits: Vec::new(), starts: vec![0] };
-        let (mut found, mut ends) = (Vec::new(), Vec::new());
+        let (mut found, mut parts, mut ends) = (Vec::new(), Vec::<u32>::new(), Vec::new());
         for (&line, range) in lines.iter().zip(first.windows(2)) {
             let steps = range[1].saturating_sub(range[0]);
             found.clear();
+            parts.clear();
             ends.clear();
             ends.resize(steps * PARTS + 1, 0);
             places.in_strip(line, half_width, margin, |point, along, offset| {
                 let at = (((along + margin) / step) as usize).min(steps.saturating_sub(1));
                 let part = at * PARTS + this.part(offset);
                 ends[part + 1] += 1;
-                found.push((part, [offset, heights[point]]));
+                parts.push(part as u32);
+                found.push([offset, heights[point]]);
             });
             let before = this.hits.len();
             for part in 1..ends.len() {
@@ -63,9 +73,11 @@ impl Hits {
                 this.starts.push((before + ends[part]) as u32);
             }
             this.hits.resize(before + found.len(), [0.0; 2]);
-            for &(part, hit) in &found {
-                this.hits[before + ends[part]] = hit;
-                ends[part] += 1;
+            let sorted = &mut this.hits[before..];
+            for (&part, &hit) in parts.iter().zip(&found) {
+                let end = &mut ends[part as usize];
+                sorted[*end] = hit;
+                *end += 1;
             }
         }
         this
@@ -82,9 +94,18 @@ impl Hits {
         self.hits.iter().map(|hit| hit[1]).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// How many points each step has in its range.
-    pub fn count(&self, ranges: &[Range]) -> Vec<u32> {
-        self.spread(ranges, 1, |_, _| 0)
+    /// How many points each of so many steps has in each of some ranges, which are told for a range's number and a step:
+    /// range after range. All are counted at a step while its points are at hand.
+    pub fn counts(&self, steps: usize, ranges: usize, range: impl Fn(usize, usize) -> Range) -> Vec<Vec<u32>> {
+        let mut counts = vec![Vec::with_capacity(steps); ranges];
+        for step in 0..steps {
+            for (number, counts) in counts.iter_mut().enumerate() {
+                let range = range(number, step);
+                let near = self.near(step, &range).iter();
+                counts.push(near.filter(|&&hit| range.holds(hit)).count() as u32);
+            }
+        }
+        counts
     }
 
     /// How many points each step has in its range, in each of `cells` depths of `cell` metres: step after step.
@@ -100,22 +121,22 @@ impl Hits {
     /// Counts in `cells` cells a step; points in cells beyond the last are left out.
     fn spread(&self, ranges: &[Range], cells: usize, cell: impl Fn(f64, f64) -> usize) -> Vec<u32> {
         let mut counts = vec![0; ranges.len() * cells];
-        for (step, (range, parts)) in ranges.iter().zip(self.starts.windows(PARTS + 1).step_by(PARTS)).enumerate() {
-            let ends = range.depth.map(|depth| self.part(range.side * depth));
-            let near = parts[ends[0].min(ends[1])] as usize..parts[ends[0].max(ends[1]) + 1] as usize;
-            for &[offset, height] in &self.hits[near] {
-                let (depth, above) = (range.side * offset, height - range.about);
-                let counted = (depth > range.depth[0])
-                    & (depth < range.depth[1])
-                    & (above > range.height[0])
-                    & (above < range.height[1]);
-                let cell = cell(depth, height);
-                if counted && cell < cells {
+        for (step, range) in ranges.iter().enumerate() {
+            for &[offset, height] in self.near(step, range).iter().filter(|&&hit| range.holds(hit)) {
+                let cell = cell(range.side * offset, height);
+                if cell < cells {
                     counts[step * cells + cell] += 1;
                 }
             }
         }
         counts
+    }
+
+    /// The points at a step among which those in a range are.
+    fn near(&self, step: usize, range: &Range) -> &[[f64; 2]] {
+        let parts = &self.starts[step * PARTS..=(step + 1) * PARTS];
+        let ends = range.depth.map(|depth| self.part(range.side * depth));
+        &self.hits[parts[ends[0].min(ends[1])] as usize..parts[ends[0].max(ends[1]) + 1] as usize]
     }
 }
 
@@ -181,6 +202,16 @@ mod tests {
         Hits::new(&places, &[2.4, 0.5, 2.5, 2.5], &lines, [0.3, 0.5], 0.5, &[0, 3, 7])
     }
 
+    fn count(hits: &Hits, ranges: &[Range]) -> Vec<u32> {
+        let mut counts = hits.counts(ranges.len(), 2, |number, step| Range {
+            side: if number == 0 { ranges[step].side } else { -ranges[step].side },
+            ..ranges[step]
+        });
+        let other = ranges.iter().map(|range| Range { side: -range.side, ..*range });
+        assert_eq!(counts.pop(), hits.counts(ranges.len(), 1, |_, step| other.clone().nth(step).unwrap()).pop());
+        counts.remove(0)
+    }
+
     fn ranges(side: f64) -> Vec<Range> {
         vec![Range { side, depth: [0.0, 0.15], about: 2.5, height: [-0.2, 0.2] }; 7]
     }
@@ -188,14 +219,14 @@ mod tests {
     #[test]
     fn points_are_counted_at_their_steps_within_the_ranges() {
         let hits = hits();
-        assert_eq!(hits.count(&ranges(1.0)), [0, 0, 0, 0, 0, 0, 1]);
-        assert_eq!(hits.count(&ranges(-1.0)), [0, 0, 0, 0, 0, 1, 0]);
+        assert_eq!(count(&hits, &ranges(1.0)), [0, 0, 0, 0, 0, 0, 1]);
+        assert_eq!(count(&hits, &ranges(-1.0)), [0, 0, 0, 0, 0, 1, 0]);
         assert!(hits.highest() == 2.5);
         let all = vec![Range { side: 1.0, depth: [-1.0, 1.0], about: 0.0, height: [0.0, 3.0] }; 7];
-        assert_eq!(hits.count(&all), [0, 0, 0, 0, 1, 1, 1]);
+        assert_eq!(count(&hits, &all), [0, 0, 0, 0, 1, 1, 1]);
         // An end of a range does not count.
         let open = vec![Range { side: 1.0, depth: [-1.0, 1.0], about: 0.0, height: [0.5, 2.5] }; 7];
-        assert_eq!(hits.count(&open), [0, 0, 0, 0, 0, 1, 0]);
+        assert_eq!(count(&hits, &open), [0, 0, 0, 0, 0, 1, 0]);
     }
 
     #[test]
@@ -231,7 +262,7 @@ mod tests {
     fn without_points_nothing_is_counted() {
         let places = Places::new(Vec::new(), &[], 0.05).unwrap();
         let hits = Hits::new(&places, &[], &[[0.0, 0.0, 1.0, 0.0]], [0.3, 0.0], 0.5, &[0, 2]);
-        assert_eq!(hits.count(&ranges(1.0)[..2]), [0, 0]);
+        assert_eq!(count(&hits, &ranges(1.0)[..2]), [0, 0]);
         assert!(hits.highest() < 0.0);
     }
 }

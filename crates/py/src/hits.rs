@@ -1,6 +1,7 @@
 //! Points near lines, counted by the steps of the lines.
 
 use asbuilt_core::hits::{self, Hits as Inner, Range};
+use numpy::ndarray::ArrayView1;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
 };
@@ -22,16 +23,23 @@ type Values<'py> = PyReadonlyArray1<'py, f64>;
 type Ranges<'py> = (Values<'py>, (Values<'py>, Values<'py>), Values<'py>, (Values<'py>, Values<'py>));
 
 impl Hits {
-    fn ranges(&self, (side, depth, about, height): &Ranges) -> PyResult<Vec<Range>> {
+    /// Sides, ends of depths, middle heights and ends of heights, each over all steps.
+    fn views<'a>(&self, (side, depth, about, height): &'a Ranges) -> PyResult<[ArrayView1<'a, f64>; 6]> {
         let arrays = [side, &depth.0, &depth.1, about, &height.0, &height.1].map(|array| array.as_array());
         if let Some(wrong) = arrays.iter().find(|array| array.len() != self.steps) {
             return Err(PyValueError::new_err(format!("expected {} steps, found {}", self.steps, wrong.len())));
         }
-        let [side, from, to, about, low, high] = arrays;
-        Ok((0..self.steps)
-            .map(|i| Range { side: side[i], depth: [from[i], to[i]], about: about[i], height: [low[i], high[i]] })
-            .collect())
+        Ok(arrays)
     }
+
+    fn ranges(&self, ranges: &Ranges) -> PyResult<Vec<Range>> {
+        let views = self.views(ranges)?;
+        Ok((0..self.steps).map(|step| at(&views, step)).collect())
+    }
+}
+
+fn at([side, from, to, about, low, high]: &[ArrayView1<'_, f64>; 6], step: usize) -> Range {
+    Range { side: side[step], depth: [from[step], to[step]], about: about[step], height: [low[step], high[step]] }
 }
 
 #[pymethods]
@@ -42,10 +50,11 @@ impl Hits {
         self.inner.highest()
     }
 
-    /// How many points each step has (m,).
-    fn count<'py>(&self, py: Python<'py>, ranges: Ranges<'py>) -> PyResult<Bound<'py, PyArray1<u32>>> {
-        let ranges = self.ranges(&ranges)?;
-        Ok(py.detach(|| self.inner.count(&ranges)).into_pyarray(py))
+    /// How many points each step has (m,) in each of some ranges.
+    fn counts<'py>(&self, py: Python<'py>, ranges: Vec<Ranges<'py>>) -> PyResult<Vec<Bound<'py, PyArray1<u32>>>> {
+        let views = ranges.iter().map(|ranges| self.views(ranges)).collect::<PyResult<Vec<_>>>()?;
+        let counts = py.detach(|| self.inner.counts(self.steps, views.len(), |number, step| at(&views[number], step)));
+        Ok(counts.into_iter().map(|counts| counts.into_pyarray(py)).collect())
     }
 
     /// How many points each step has in each of `cells` depths of `cell` metres (m, cells).
