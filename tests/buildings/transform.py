@@ -210,7 +210,7 @@ def _kept(building: Building, keep: NDArray[np.bool_]) -> Building:
     return replace(building, points=building.points[keep], scans=building.scans[keep])
 
 
-#: The changes under which F may fall by 0.02 at most (one scan per room: 0.05), and E_D rise by half.
+#: The changes under which F may fall by 0.02 and E_D rise by half; with one scan per room F by 0.05, whatever E_D does.
 TRANSFORMS: dict[str, Callable[[Building], Building]] = {
     "turned by 17 degrees": lambda building: turn(building, np.radians(17.0)),
     "turned by 45 degrees": lambda building: turn(building, np.radians(45.0)),
