@@ -24,7 +24,6 @@ __all__ = [
     "means_along",
     "patches_of",
     "read_header",
-    "within",
 ]
 
 VERSION: str
@@ -168,7 +167,6 @@ def in_company(index: NDArray[np.int32], factor: int, least: int) -> NDArray[np.
 def from_box_sides(
     points: NDArray[np.float64], directions: NDArray[np.float64], shares: tuple[float, float]
 ) -> NDArray[np.float64]: ...
-def within(rings: Sequence[NDArray[np.float64]], points: NDArray[np.float64]) -> NDArray[np.bool_]: ...
 def layer_of(
     index: NDArray[np.int32],
     mean: NDArray[np.float64],

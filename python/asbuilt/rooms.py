@@ -222,8 +222,9 @@ def _level_of(z: FloatArray) -> float | None:
 
 def _inside(polygon: shapely.Polygon, chosen: IntArray, voxels: StoreyVoxels) -> IntArray:
     """Those of the chosen voxels that are within a polygon."""
-    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(polygon)]
-    return chosen[_core.within(rings, voxels.xy.take(chosen, axis=0))]
+    shapely.prepare(polygon)
+    inside: IntArray = chosen[shapely.contains_xy(polygon, voxels.xy.take(chosen, axis=0))]
+    return inside
 
 
 def _continuations(segments: FloatArray) -> FloatArray:

@@ -14,7 +14,6 @@ mod lattice;
 pub mod layer;
 pub mod patches;
 pub mod places;
-pub mod polygon;
 pub mod read;
 pub mod store;
 pub mod trace;

@@ -38,7 +38,7 @@ mod _core {
     use crate::read::{PointReader, formats, read_header};
 
     #[pymodule_export]
-    use crate::shapes::{from_box_sides, within};
+    use crate::shapes::from_box_sides;
 
     /// Version of the package.
     #[pymodule_export]

@@ -1,7 +1,7 @@
-//! Boxes about points, and points within polygons.
+//! Boxes about points.
 
-use asbuilt_core::{boxes, polygon};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray2};
+use asbuilt_core::boxes;
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use crate::rows::rows;
@@ -18,16 +18,4 @@ pub fn from_box_sides<'py>(
     let (points, directions) = (rows("points", &points)?, rows("directions", &directions)?);
     let found = py.detach(|| boxes::from_sides(&points, &directions, shares));
     found.into_pyarray(py).reshape([directions.len(), points.len()])
-}
-
-/// Which points (n, 2) lie within the rings, (k, 2) each, of a polygon or of several; holes are rings, too.
-#[pyfunction]
-pub fn within<'py>(
-    py: Python<'py>,
-    rings: Vec<PyReadonlyArray2<'py, f64>>,
-    points: PyReadonlyArray2<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<bool>>> {
-    let rings = rings.iter().map(|ring| Ok(rows("ring", ring)?.into_owned())).collect::<PyResult<Vec<_>>>()?;
-    let points = rows("points", &points)?;
-    Ok(py.detach(|| polygon::within(&rings, &points)).into_pyarray(py))
 }
