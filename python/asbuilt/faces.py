@@ -254,8 +254,14 @@ def drop_unmet(faces: list[Face], elevations: Elevations) -> list[Face]:
 def _is_seen(face: Face, elevations: Elevations, full: float) -> bool:
     """Whether floor and ceiling show before a face, or it shows itself in most places."""
     steps = _steps_of(face, elevations)
-    front, whole = elevations.front[steps].mean(), elevations.whole[steps].mean() / full
-    return bool(elevations.partition[face.line] or front > _SEEN or (front > 0.1 and whole > _SEEN))
+    return bool(elevations.partition[face.line]) or _shows(
+        elevations.front[steps].mean(), elevations.whole[steps].mean() / full
+    )
+
+
+def _shows(front: float, whole: float) -> bool:
+    """Whether so much shows of floor and ceiling before a face, or of both them and itself, that it is well seen."""
+    return bool(front > _SEEN or (front > 0.1 and whole > _SEEN))
 
 
 def _is_sliver(face: Face, other: Face) -> bool:
@@ -455,9 +461,12 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
     whole = elevations.whole[steps] / full
     floor_behind, ceiling_behind = elevations.floor_behind[steps].mean(), elevations.ceiling_behind[steps].mean()
     length = len(upper) * elevations.step
+    front = elevations.front[steps].mean()
     # Where the wall itself shows in few places, floor and ceiling do, too.
-    if elevations.front[steps].mean() < 0.1 * np.clip(whole.mean(), 0.3, 1.0) or whole.mean() < 0.06:
+    if front < 0.1 * np.clip(whole.mean(), 0.3, 1.0) or whole.mean() < 0.06:
         return False  # outside, or in a window's reveal
+    if not _shows(front, whole.mean()) and under_ceiling.mean() < 0.5:
+        return False  # a facade, of which windows show what is lower
     filled = upper.mean() > 0.7 and whole.mean() > 0.7 and ceiling_behind < 0.3
     if (floor_behind > 0.45 and not filled) or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room

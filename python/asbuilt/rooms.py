@@ -351,7 +351,7 @@ def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
 def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
     """Share of each cell over or under which floor or ceiling was seen (n,)."""
     low, top = voxels.first[:-1], voxels.first[1:] - 1
-    level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > _HEADROOM)
+    level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
     size = _SAMPLED * voxels.voxel
     places = shapely.points((unique_rows(voxels.index[low[level]] // _SAMPLED) + 0.5) * size)
     cell, _ = shapely.STRtree(places).query(cells, predicate="contains")
