@@ -27,9 +27,10 @@ from asbuilt import Parameters, evidence_from_points
 from asbuilt.columns import find_columns
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.curves import find_curves
+from asbuilt.doubtful_faces import drop_doubles
 from asbuilt.elevations import MARGIN, ON_PLANE, Elevations, draw_elevations
 from asbuilt.evidence import Evidence
-from asbuilt.faces import Face, closed, cut_openings, drop_doubles, find_faces, maximal_runs, score_steps, snap_to_jambs
+from asbuilt.faces import Face, closed, cut_openings, find_faces, maximal_runs, score_steps, snap_to_jambs
 from asbuilt.grid import FloatArray, Grid
 from asbuilt.opening_boxes import find_boxes, look_behind
 from asbuilt.openings import find_openings

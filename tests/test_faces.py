@@ -9,17 +9,9 @@ import numpy as np
 import pytest
 
 from asbuilt import extract_floor_plan
+from asbuilt.doubtful_faces import drop_doubles, drop_leaves, turn_backs
 from asbuilt.elevations import draw_elevations
-from asbuilt.faces import (
-    Face,
-    drop_doubles,
-    drop_leaves,
-    find_faces,
-    maximal_runs,
-    score_steps,
-    segments_of,
-    turn_backs,
-)
+from asbuilt.faces import Face, find_faces, maximal_runs, score_steps, segments_of
 from asbuilt.params import WallParameters
 from asbuilt.partitions import find_partitions
 from asbuilt.profiles import columns

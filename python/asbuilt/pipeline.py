@@ -12,20 +12,11 @@ from asbuilt.columns import drop_sides, find_columns
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.cross_sections import select_cross_sections
 from asbuilt.curves import find_curves
+from asbuilt.doubtful_faces import drop_doubles, drop_leaves, drop_unmet, turn_backs
 from asbuilt.elevations import draw_elevations
 from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence
-from asbuilt.faces import (
-    cut_openings,
-    drop_doubles,
-    drop_leaves,
-    drop_unmet,
-    find_faces,
-    measure_faces,
-    score_steps,
-    snap_to_jambs,
-    turn_backs,
-)
+from asbuilt.faces import cut_openings, find_faces, measure_faces, score_steps, snap_to_jambs
 from asbuilt.final_pass import finish_faces
 from asbuilt.frame import doubt_extent, doubt_unit, doubt_up
 from asbuilt.gather import gather_evidence
