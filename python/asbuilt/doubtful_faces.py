@@ -24,6 +24,8 @@ _MEETS = 1.0
 """A face that hardly shows meets another one so near, m."""
 _LEANING = (4.0, np.cos(np.radians(30.0)), 0.025)
 """What passes through a face so many times as long, at a smaller angle and so far to both sides, m, leans on it."""
+_FROM_END = 0.4
+"""Nearer to the longer one's ends it may be a chord of the curve in which that ends, m."""
 _SLIVER = (0.5, 0.06)
 """A face shorter than this, and this near to a longer one's line, is none of its own, m."""
 
@@ -162,7 +164,7 @@ def _leans(face: Face, other: Face) -> bool:
     return bool(
         abs(float(face.along @ other.along)) > _LEANING[1]
         and np.abs(aside).min() > _LEANING[2]
-        and 0 < crossing < other.length
+        and _FROM_END < crossing < other.length - _FROM_END
     )
 
 

@@ -5,7 +5,7 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::rows::rows;
+use crate::rows::{row_by_row, rows};
 
 /// The height (n,), m, about each place (n, 2): of those after some steps (k, 2: to a side, along; m), in the directions
 /// (n, 2) to its side and along, that are finite, the one at a `share` from the least to the greatest. Not a number where
@@ -36,7 +36,8 @@ pub fn height_about<'py>(
     if !(0.0..=1.0).contains(&share) {
         return Err(PyValueError::new_err(format!("expected a share from 0 to 1, found {share}")));
     }
-    let grid = Heights { heights: grid.as_slice()?, shape, low, cell };
+    let heights = row_by_row(&grid);
+    let grid = Heights { heights: &heights, shape, low, cell };
     let ways = [&*places, &*aside, &*along];
     Ok(py.detach(|| grid.about(&steps, ways, share, least, level)).into_pyarray(py))
 }

@@ -8,6 +8,8 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::rows::row_by_row;
+
 /// Points near lines, each at a step of its line; made by `Places.hits`.
 ///
 /// What counts at a step is given by `ranges`, arrays over the steps (m,): on which side of the line (1: left, -1:
@@ -93,8 +95,8 @@ pub fn means_along<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let shape = [values.shape()[0], values.shape()[1]];
     let first = line_starts(&first, shape[0])?;
-    let values = values.as_slice()?;
-    py.detach(|| hits::means_along(values, shape[1], &first, width)).into_pyarray(py).reshape(shape)
+    let values = row_by_row(&values);
+    py.detach(|| hits::means_along(&values, shape[1], &first, width)).into_pyarray(py).reshape(shape)
 }
 
 /// Values (m,), 0 or more, with gaps of fewer than `width` (odd) steps filled to the level of their shores, never across

@@ -7,6 +7,8 @@ use numpy::{
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
+use crate::rows::row_by_row;
+
 /// The number (count,) of the group that each of so many things is in, by pairs of things that hang together, the first
 /// (k,) and the second (k,) of each; groups are numbered by their first thing.
 #[pyfunction]
@@ -29,6 +31,6 @@ pub fn groups<'py>(
 #[pyfunction]
 pub fn patches_of<'py>(py: Python<'py>, filled: PyReadonlyArray2<'py, bool>) -> PyResult<Bound<'py, PyArray2<u32>>> {
     let shape = [filled.shape()[0], filled.shape()[1]];
-    let cells = filled.as_slice()?;
-    py.detach(|| patches::patches(cells, shape[1])).into_pyarray(py).reshape(shape)
+    let cells = row_by_row(&filled);
+    py.detach(|| patches::patches(&cells, shape[1])).into_pyarray(py).reshape(shape)
 }

@@ -17,8 +17,15 @@ pub fn rows<'a, T: Element + Pod, const N: usize>(
     if view.ncols() != N {
         return Err(PyValueError::new_err(format!("{name}: expected shape (n, {N}), found (n, {})", view.ncols())));
     }
-    if let Some(rows) = array.as_slice().ok().and_then(|values| bytemuck::try_cast_slice(values).ok()) {
+    // Not `array.as_slice()`, which also takes arrays that lie column by column.
+    if let Some(rows) = view.to_slice().and_then(|values| bytemuck::try_cast_slice(values).ok()) {
         return Ok(Cow::Borrowed(rows));
     }
     Ok(view.rows().into_iter().map(|row| std::array::from_fn(|column| row[column])).collect())
+}
+
+/// The values of an array, row by row.
+pub fn row_by_row<'a, T: Element + Copy>(array: &'a PyReadonlyArray2<'_, T>) -> Cow<'a, [T]> {
+    let view = array.as_array();
+    view.to_slice().map_or_else(|| view.iter().copied().collect(), Cow::Borrowed)
 }
