@@ -37,7 +37,6 @@ def turn_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
     """
     full = usual_filling(elevations)
     sure = [_sureness(face, elevations) for face in faces]
-    # A pane in the wall is not filled.
     filled = [elevations.whole[_steps_of(face, elevations)].mean() > _FILLED * full for face in faces]
     turned = list(faces)
     for i, near in enumerate(near_each(segments_of(faces), segments_of(faces), _THICKNESS[1])):

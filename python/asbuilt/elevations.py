@@ -168,7 +168,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     low = (_NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
     whole = _share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step)
     upper_zone = (-_UPPER[0], -_UPPER[1])
-    # What stands out of the wall under the ceiling, and neither lower nor farther.
+    # Where a cornice stands out, and beyond.
     out, deep = (2 * ON_PLANE, _CORNICE[0]), (_CORNICE[0], _DEPTH)
     looks: list[tuple[FloatArray, Ends, FloatArray | float, Ends, int]] = [
         (front_is, _NEAR, before, at_floor, 1),
@@ -192,9 +192,8 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     )
     top = _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
     lower = _share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
-    hiding, lower_down, farther = (smooth(share, first, wide) for share in (hiding, lower_down, farther))
-    at_cornice = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3) & (smooth(top, first, wide) < 0.3)
-    at_cornice &= ~unknown & (smooth(lower, first, wide) > 0.5)
+    before_it = (smooth(share, first, wide) for share in (hiding, lower_down, farther))
+    at_cornice = ~unknown & _is_cornice(*before_it, smooth(top, first, wide), smooth(lower, first, wide))
     at_cornice = _long_runs(at_cornice, first, round(_LINTEL / step))
     return Elevations(
         lines,
@@ -212,6 +211,14 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         low_behind=low_behind,
         partition=partition,
     )
+
+
+def _is_cornice(
+    hiding: FloatArray, lower_down: FloatArray, farther: FloatArray, top: FloatArray, lower: FloatArray
+) -> BoolArray:
+    """Where (m,) something stands out under the ceiling, neither lower down nor farther, and hides the wall there."""
+    alone: BoolArray = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3)
+    return alone & (top < 0.3) & (lower > 0.5)
 
 
 def usual(part: FloatArray, whole: FloatArray) -> float:
