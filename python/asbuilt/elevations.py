@@ -192,8 +192,10 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     )
     top = _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
     lower = _share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
-    before_it = (smooth(share, first, wide) for share in (hiding, lower_down, farther))
-    at_cornice = ~unknown & _is_cornice(*before_it, smooth(top, first, wide), smooth(lower, first, wide))
+    hiding, lower_down, farther, high, low_part = (
+        smooth(share, first, wide) for share in (hiding, lower_down, farther, top, lower)
+    )
+    at_cornice = ~unknown & _is_cornice(hiding, lower_down, farther, high, low_part)
     at_cornice = _long_runs(at_cornice, first, round(_LINTEL / step))
     return Elevations(
         lines,
@@ -217,8 +219,9 @@ def _is_cornice(
     hiding: FloatArray, lower_down: FloatArray, farther: FloatArray, top: FloatArray, lower: FloatArray
 ) -> BoolArray:
     """Where (m,) something stands out under the ceiling, neither lower down nor farther, and hides the wall there."""
-    alone: BoolArray = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3)
-    return alone & (top < 0.3) & (lower > 0.5)
+    alone = (hiding > 0.7) & (np.maximum(lower_down, farther) < 0.3)
+    hidden: BoolArray = alone & (top < 0.3) & (lower > 0.5)
+    return hidden
 
 
 def usual(part: FloatArray, whole: FloatArray) -> float:
