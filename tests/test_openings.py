@@ -122,13 +122,13 @@ def test_a_wall_against_the_jamb_is_no_leaf() -> None:
     assert door.state == "cased"
 
 
-def window(x0: float, x1: float, z0: float, z1: float) -> Array:
-    """Frame, a mullion in the middle, and the few points that come back from glass, 12 cm behind the face."""
+def window(x0: float, x1: float, z0: float, z1: float, deep: float = 0.1) -> Array:
+    """Frame, a mullion in the middle, so `deep` behind the face, and the few points that come back from glass."""
     rng = np.random.default_rng(3)
-    glass = np.column_stack([rng.uniform(x0, x1, 300), np.full(300, 4.12), rng.uniform(z0, z1, 300)])
-    middle = (x0 + x1) / 2
-    posts = [wall((x, 4.1), (x + 0.06, 4.1), z0, z1) for x in (x0, middle - 0.03, x1 - 0.06)]
-    bars = [wall((x0, 4.1), (x1, 4.1), z, z + 0.06) for z in (z0, z1 - 0.06)]
+    glass = np.column_stack([rng.uniform(x0, x1, 300), np.full(300, 4.02 + deep), rng.uniform(z0, z1, 300)])
+    middle, y = (x0 + x1) / 2, 4 + deep
+    posts = [wall((x, y), (x + 0.06, y), z0, z1) for x in (x0, middle - 0.03, x1 - 0.06)]
+    bars = [wall((x0, y), (x1, y), z, z + 0.06) for z in (z0, z1 - 0.06)]
     return np.concatenate([glass, *posts, *bars])
 
 
@@ -176,9 +176,10 @@ def test_windows_side_by_side_stay_two() -> None:
     assert sorted(w.width for w in found) == pytest.approx([1.2, 1.4], abs=WIDTH)
 
 
-def test_a_window_to_the_floor_that_leads_outside_is_a_window() -> None:
-    points = opened(box_room(0, 0, 6, 4), (2.0, 3.2, 0.0, 2.2), deep=0.15)
-    plan = storey(points, window(2.0, 3.2, 0.0, 2.2))
+@pytest.mark.parametrize("deep", [0.1, 0.35])
+def test_a_window_to_the_floor_that_leads_outside_is_a_window(deep: float) -> None:
+    points = opened(box_room(0, 0, 6, 4), (2.0, 3.2, 0.0, 2.2), deep=deep + 0.05)
+    plan = storey(points, window(2.0, 3.2, 0.0, 2.2, deep))
     [found] = plan.windows
     assert plan.doors == ()
     assert found.width == pytest.approx(1.2, abs=WIDTH)

@@ -23,7 +23,7 @@ from asbuilt.neighbours import near_each
 from asbuilt.opening_boxes import DOOR_WIDTH, SILL, WINDOW_SIZE, Box, Rim, find_boxes, look_behind, measure_rim
 from asbuilt.plan import Door, DoorState, Opening, Point, UnknownOpening, Window
 from asbuilt.profiles import StoreyVoxels
-from asbuilt.wall_sides import LOWEST, PLANE, WallSides, unroll_sides
+from asbuilt.wall_sides import DEPTH, LOWEST, PLANE, WallSides, unroll_sides
 
 _DOOR_HEIGHT = 1.75
 """Doors are at least this high, m."""
@@ -31,6 +31,10 @@ _LEAF = 0.45
 """A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
 _LEAF_THICK = 0.09
 """A leaf and what the other side of its wall lies beyond it are no thicker, m."""
+_LEAFED = 0.34
+"""Leaves up to the ceiling are in walls no thicker, m; in thicker ones there are niches."""
+_REVEAL = 0.3
+"""The surface of a jamb is looked for up to this deep in its wall, m."""
 _PANE = 0.015
 """Share of an opening that a pane fills at least."""
 _BESIDE = 0.4
@@ -214,7 +218,7 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
         score,
         box.cells,
         rim.density,
-        twin if twin < 0.34 else None,
+        twin if twin < DEPTH else None,
         (sure_low, sure_high),
         start,
         end,
@@ -256,7 +260,7 @@ def _leaf_behind(sides: WallSides, box: Box, sill: float, head: float) -> bool:
     return (
         bool(len(inside))
         and bool(np.median(behind) < _LEAF_THICK)
-        and bool(np.median(sides.twin[box.low : box.high]) < 0.34)
+        and bool(np.median(sides.twin[box.low : box.high]) < _LEAFED)
     )
 
 
@@ -302,7 +306,7 @@ def _jamb(sides: WallSides, voxels: StoreyVoxels, box: Box, at_end: bool) -> tup
     out = sign * (sides.place[near] - guess)
     reach = np.sqrt(3 * variance)
     depth = sides.depth[near]
-    behind = (depth > PLANE) & (depth < np.minimum(sides.twin[sides.column[near]] - PLANE, 0.3))
+    behind = (depth > PLANE) & (depth < np.minimum(sides.twin[sides.column[near]] - PLANE, _REVEAL))
     inner, distinct = _last_place((out + reach)[behind & (np.abs(out) < 0.12)])
     if distinct:
         return guess + sign * inner, True

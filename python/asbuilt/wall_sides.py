@@ -22,8 +22,8 @@ from asbuilt.profiles import StoreyVoxels
 
 PLANE = 0.022
 """Voxels whose mean lies this near are on the plane, m."""
-_DEPTH = 0.35
-"""How far behind the plane is looked, m; reveals of thicker walls begin at the plane all the same."""
+DEPTH = 0.5
+"""How far behind the plane is looked, m: as far as the frames of windows in thick walls stand."""
 _BEFORE = 0.15
 """And how far before it, m."""
 _MARGIN = 1.6
@@ -134,8 +134,8 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     ceiling = np.repeat(np.where(np.isfinite(ceiling), ceiling, voxels.height), 8)[:total]
 
     # Further behind the plane than before it.
-    shift = (_DEPTH - _BEFORE) / 2
-    of_piece, voxel, place, offset = voxels.strips(segments - shift * np.tile(towards, 2), _DEPTH - shift, 0.0)
+    shift = (DEPTH - _BEFORE) / 2
+    of_piece, voxel, place, offset = voxels.strips(segments - shift * np.tile(towards, 2), DEPTH - shift, 0.0)
     z, depth = voxels.z[voxel], shift - offset
     place = place + base[of_piece]
     number = side[of_piece]
@@ -158,7 +158,7 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     hidden = solid[column, row] & (depth > PLANE)
     back = _back(column[hidden], depth[hidden], solid.sum(axis=1), first, step)
     twin = np.where(np.isfinite(twin), twin, back)
-    body = picture((depth > PLANE) & (depth < np.minimum(twin[column] - PLANE, _DEPTH - 0.05))) & ~wall
+    body = picture((depth > PLANE) & (depth < np.minimum(twin[column] - PLANE, DEPTH - 0.05))) & ~wall
     return WallSides(
         first,
         step,
@@ -293,14 +293,14 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
         place = (relative * along).sum(axis=2)
         depth = -(relative * normal).sum(axis=2)
         beside = (place.max(axis=0) > -_ACROSS) & (place.min(axis=0) < length + _ACROSS)
-        opposite = (along @ face.along < -0.97) & beside & (depth.min(axis=0) > 0.03) & (depth.min(axis=0) < _DEPTH)
+        opposite = (along @ face.along < -0.97) & beside & (depth.min(axis=0) > 0.03) & (depth.min(axis=0) < DEPTH)
         if not opposite.any():
             continue
         column = np.concatenate([np.arange(bounds[i], bounds[i + 1]) for i in np.flatnonzero(opposite)])
         to_column = middle[column] - face.start
         at = to_column @ face.along
         behind = -(to_column @ face.normal)
-        near = (at > -_ACROSS) & (at < face.length + _ACROSS) & (behind > 0.03) & (behind < _DEPTH)
+        near = (at > -_ACROSS) & (at < face.length + _ACROSS) & (behind > 0.03) & (behind < DEPTH)
         column = column[near]
         twin[column] = np.minimum(twin[column], behind[near])
     return twin
@@ -308,7 +308,7 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
 
 def _back(column: IntArray, depth: FloatArray, filled: IntArray, first: IntArray, step: float) -> FloatArray:
     """The least depth (c,), m, at which many of the voxels (h,) behind the filled cells about each column lie."""
-    slots = int(np.ceil(_DEPTH / 0.02)) + 1
+    slots = int(np.ceil(DEPTH / 0.02)) + 1
     total = len(filled)
     counts = np.bincount(column * slots + (depth / 0.02).astype(np.int64), minlength=total * slots)
     about = 2 * round(_ABOUT / step) + 1
@@ -318,7 +318,7 @@ def _back(column: IntArray, depth: FloatArray, filled: IntArray, first: IntArray
     many = dense >= np.maximum(_BACK[0], _BACK[1] * cells)[:, None]
     many &= dense > 1.5 * np.pad(dense, ((0, 0), (1, 0)))[:, :-1]
     many[:, :2] = False
-    depths: FloatArray = np.where(many.any(axis=1), many.argmax(axis=1) * 0.02, _DEPTH)
+    depths: FloatArray = np.where(many.any(axis=1), many.argmax(axis=1) * 0.02, DEPTH)
     return depths
 
 
