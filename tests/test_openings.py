@@ -78,9 +78,20 @@ def test_a_doorway_up_to_the_ceiling() -> None:
     assert door.head == pytest.approx(2.6, abs=0.1)
 
 
-def test_a_doorway_in_the_corner_of_a_room() -> None:
-    [door] = storey(two_rooms((0.0, 0.9, 0.0, 2.1))).doors
-    assert sorted((door.start[0], door.end[0])) == pytest.approx([0.0, 0.9], abs=ALONG)
+@pytest.mark.parametrize("degrees", [0.0, 20.0])
+@pytest.mark.parametrize("wide", [0.9, 2.2])
+def test_a_doorway_in_the_corner_of_a_room(wide: float, degrees: float) -> None:
+    [door] = storey(two_rooms((0.0, wide, 0.0, 2.1)), degrees=degrees).doors
+    assert door.width == pytest.approx(wide, abs=WIDTH)
+
+
+def test_a_doorway_up_some_steps_between_rooms_without_ceilings() -> None:
+    rooms = [box_room(0, 0, 6, 4, high=2.8), box_room(0, 4 + THICK, 6, 8, 0.28, high=2.8)]
+    points = opened(without(np.concatenate(rooms), (-1, -1, 2.75), (7, 9, 2.85)), (2.0, 2.9, 0.28, 2.3))
+    plan = storey(points, window(2.0, 2.9, 0.28, 2.3)[:300])  # what strays where the leaf was pushed open
+    [door] = plan.doors
+    assert plan.windows == ()
+    assert door.sill == pytest.approx(0.28, abs=HEIGHT)
 
 
 def test_a_shut_door_is_flush_with_one_face_and_in_a_recess_of_the_other() -> None:

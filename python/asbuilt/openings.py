@@ -178,7 +178,7 @@ def floors_beyond(sides: WallSides, voxels: StoreyVoxels, boxes: list[Box]) -> F
     shares = covered((at >= 0) & (at < high), at, high)
     shares = shares + np.maximum(np.pad(shares, ((1, 0), (0, 0)))[:-1], np.pad(shares, ((0, 1), (0, 0)))[1:])
     heights = np.arange(high) * 0.05 - 0.5
-    shares[~roofed & (np.abs(heights[:, None] - floor) > 0.12)] = 0.0
+    shares[~roofed & ((heights[:, None] < np.minimum(floor, 0.0) - 0.12) | (heights[:, None] > floor + 0.45))] = 0.0
     return np.where(shares.max(axis=0) > 0.3, heights[shares.argmax(axis=0)], np.nan)
 
 

@@ -26,8 +26,8 @@ DEPTH = 0.5
 """How far behind the plane is looked, m: as far as the frames of windows in thick walls stand."""
 _BEFORE = 0.15
 """And how far before it, m."""
-_MARGIN = 1.6
-"""A side goes on beyond its last face by this much: a door may stand in the corner of a room, m."""
+_MARGIN = 3.2
+"""A side goes on beyond its last face by this much: the widest door may stand in the corner of a room, m."""
 _WIDEST = 4.0
 """Faces of one line further apart than this are two sides, m."""
 _ACROSS = 1.2
