@@ -39,7 +39,6 @@ class _Layer(TypedDict):
     origin: NDArray[np.float64]
     cells: NDArray[np.int32]
     xy: NDArray[np.float64]
-    z: NDArray[np.float64]
 
 class _BrickScans(TypedDict):
     brick: NDArray[np.int32]
@@ -170,6 +169,7 @@ def from_box_sides(
 def layer_of(
     index: NDArray[np.int32],
     mean: NDArray[np.float64],
+    height: NDArray[np.float64],
     voxel: float,
     *,
     floor: float,

@@ -130,13 +130,15 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     layer = _core.layer_of(
         evidence.index.astype(np.int32, copy=False),
         evidence.mean,
+        evidence.height,
         evidence.voxel,
         floor=level.floor,
         between=(low, top),
         factor=2,
         least=8,
     )
-    kept, z = layer["kept"], layer["z"]
+    kept = layer["kept"]
+    z = evidence.height.take(kept) - level.floor
     single = evidence.count[kept[(z > 0.3) & (z < height - 0.2)]] == 1
     thinness = float(single.mean()) if len(single) else 0.0
     covariance = evidence.covariance.take(kept, axis=0)

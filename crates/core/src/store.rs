@@ -16,7 +16,7 @@ use std::io::{self, BufRead, BufReader, BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 
 use crate::brick::{BRICK_VOXELS, Cells, Moments, SIDE_BITS};
-use crate::voxel::{Brick, Bricks, Evidence, Kept, ScanEvidence, Space, VOXEL_QUANTA, with_bricks};
+use crate::voxel::{Brick, Bricks, Evidence, Kept, ScanEvidence, Slab, Space, VOXEL_QUANTA, Voxel, with_bricks};
 use crate::{Error, Result};
 
 /// The first bytes of every evidence file.
@@ -70,9 +70,108 @@ pub fn save(evidence: &Evidence, about: &str, path: &Path) -> Result<()> {
 /// # Errors
 /// [`Error::BadFile`] if it is none, or damaged; [`Error::Unsupported`] if it is of a newer version.
 pub fn load(path: &Path) -> Result<(Evidence, String)> {
-    let file = || File::open(path).map(|file| BufReader::with_capacity(1 << 18, file)).map_err(|e| Error::io(path, e));
-    let length = checked_length(path, &mut file()?)?;
-    parse(file()?, length).map_err(|error| error.of(path))
+    let stored = Stored::open(path)?;
+    Ok((stored.evidence()?, stored.summary.about))
+}
+
+/// The bytes of an evidence file whose checksum is right: its voxels can be had without the bricks that they merge in.
+#[derive(Debug)]
+pub struct Stored {
+    name: PathBuf,
+    bytes: Vec<u8>,
+    /// Where the bricks begin.
+    bricks: usize,
+    quanta: u32,
+    /// What it says before its voxels.
+    pub summary: Summary,
+}
+
+impl Stored {
+    /// Read a file.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn open(path: &Path) -> Result<Self> {
+        // Of what is no evidence, be it long, no more than its head.
+        let mut head = Vec::new();
+        let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
+        Read::by_ref(&mut file).take(HEAD as u64).read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
+        check_head(&head).map_err(|error| error.of(path))?;
+        let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
+        head.reserve_exact(usize::try_from(length).unwrap_or_default());
+        file.read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
+        Self::of(head, path)
+    }
+
+    /// The bytes of a file; messages call them `name`.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn of(bytes: Vec<u8>, name: &Path) -> Result<Self> {
+        let of_file = |error: Wrong| error.of(name);
+        check_head(&bytes[..bytes.len().min(HEAD)]).map_err(of_file)?;
+        let Some((content, checksum)) =
+            bytes.split_last_chunk::<CHECKSUM>().filter(|(content, _)| content.len() >= HEAD)
+        else {
+            return Err(Error::bad_file(name, CUT_SHORT));
+        };
+        if crc32c::crc32c(content).to_le_bytes() != *checksum {
+            return Err(Error::bad_file(name, CUT_SHORT));
+        }
+        let mut reader = Reader::new(content);
+        reader.head().map_err(of_file)?;
+        let (quanta, summary) = reader.summary().map_err(of_file)?;
+        let bricks = content.len() - reader.left as usize;
+        Ok(Self { name: name.to_owned(), bricks, quanta, summary, bytes })
+    }
+
+    /// The evidence.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn evidence(&self) -> Result<Evidence> {
+        let mut evidence = Evidence::with_quanta(self.quanta, self.summary.kept);
+        for scan in &self.summary.scans {
+            let index = evidence.scan(&scan.key, scan.position);
+            evidence.count(scan.points, index);
+        }
+        with_bricks!(&mut evidence.space, bricks => self.each_brick(|key, scans, voxels| {
+            bricks.insert(key, Brick { cells: Cells::of(voxels), scans: scans.to_vec() });
+        })?);
+        Ok(evidence)
+    }
+
+    /// Hand on the occupied voxels, sorted by index, as [`Evidence::each_voxel`] does.
+    ///
+    /// # Errors
+    /// As [`load`]; some may have been handed on.
+    pub fn each_voxel(&self, mut take: impl FnMut(Voxel)) -> Result<()> {
+        let mut slab = Slab::default();
+        self.each_brick(|key, _, voxels| slab.add(key, &mut take, |added| added.extend_from_slice(voxels)))?;
+        slab.hand_on(&mut take);
+        Ok(())
+    }
+
+    /// There are no more voxels than this, and hardly fewer.
+    pub fn most_voxels(&self) -> usize {
+        let numbers = self.bytes[self.bricks..].iter().filter(|&&byte| byte < 0x80).count();
+        numbers / if self.summary.kept == Kept::Moments { 8 } else { 1 }
+    }
+
+    /// Hand on the bricks, in order: index, scans, and place and sums of each voxel. Nothing but the checksum is believed.
+    fn each_brick(&self, take: impl FnMut([i32; 3], &[u32], &[(u16, Moments)])) -> Result<()> {
+        let mut reader = Reader::new(&self.bytes[self.bricks..self.bytes.len() - CHECKSUM]);
+        let scans = self.summary.scans.len() as u32;
+        let wrong = match reader.bricks(scans, self.quanta, self.summary.kept, take) {
+            Ok(counted) if self.summary.kept == Kept::Moments && counted != self.summary.points => {
+                Wrong::data("as many points in the voxels as in the scans")
+            }
+            Ok(_) if reader.left > 0 => Wrong::data("nothing behind the last voxel"),
+            Ok(_) => return Ok(()),
+            Err(wrong) => wrong,
+        };
+        Err(wrong.of(&self.name))
+    }
 }
 
 /// What an evidence file says before its voxels. Its checksum is not looked at.
@@ -85,9 +184,7 @@ pub fn summary(path: &Path) -> Result<Summary> {
     let left = length.saturating_sub(CHECKSUM as u64);
     let mut reader = Reader { inner: BufReader::new(file), left };
     let found = reader.head().and_then(|()| reader.summary());
-    let (quanta, kept, about, scans, points) = found.map_err(|error| error.of(path))?;
-    let voxel = Evidence::with_quanta(quanta, kept).voxel();
-    Ok(Summary { voxel, kept, points, about, scans })
+    found.map(|(_, summary)| summary).map_err(|error| error.of(path))
 }
 
 /// The bytes of an evidence file.
@@ -102,8 +199,8 @@ pub fn to_bytes(evidence: &Evidence, about: &str) -> Vec<u8> {
 /// # Errors
 /// As [`load`]; messages call them `name`.
 pub fn from_bytes(bytes: &[u8], name: &Path) -> Result<(Evidence, String)> {
-    let length = checked_length(name, &mut { bytes })?;
-    parse(bytes, length).map_err(|error| error.of(name))
+    let stored = Stored::of(bytes.to_vec(), name)?;
+    Ok((stored.evidence()?, stored.summary.about))
 }
 
 /// Whether these are the first bytes of an evidence file.
@@ -265,43 +362,6 @@ fn decode(bytes: &[u8; LONGEST]) -> Option<(u64, usize)> {
     None
 }
 
-/// The file's length, once its head is known and its checksum is right.
-fn checked_length(path: &Path, reader: &mut impl BufRead) -> Result<u64> {
-    let io = |error| Error::io(path, error);
-    let mut head = [0; HEAD];
-    let mut read = 0;
-    while read < HEAD {
-        match reader.read(&mut head[read..]).map_err(io)? {
-            0 => break,
-            more => read += more,
-        }
-    }
-    check_head(&head[..read]).map_err(|error| error.of(path))?;
-    // All but the last four bytes, of which nobody knows that they are the last before the end.
-    let (mut checksum, mut held) = (crc32c::crc32c(&head), Vec::<u8>::with_capacity(CHECKSUM));
-    let mut length = HEAD as u64;
-    loop {
-        let block = reader.fill_buf().map_err(io)?;
-        if block.is_empty() {
-            break;
-        }
-        let taken = block.len();
-        length += taken as u64;
-        let kept = block.len().min(CHECKSUM);
-        let old = (held.len() + kept).saturating_sub(CHECKSUM);
-        checksum = crc32c::crc32c_append(checksum, &held[..old]);
-        held.drain(..old);
-        let (done, last) = block.split_at(taken - kept);
-        checksum = crc32c::crc32c_append(checksum, done);
-        held.extend_from_slice(last);
-        reader.consume(taken);
-    }
-    if held != checksum.to_le_bytes() {
-        return Err(Error::bad_file(path, CUT_SHORT));
-    }
-    Ok(length)
-}
-
 fn check_head(head: &[u8]) -> std::result::Result<(), Wrong> {
     if !is_evidence(head) || head.len() < HEAD {
         return Err(Wrong::Data("expected an evidence file (first bytes: asbuilt evidence), found other data".into()));
@@ -312,27 +372,6 @@ fn check_head(head: &[u8]) -> std::result::Result<(), Wrong> {
         0 => Err(Wrong::data("a version of 1 or more")),
         _ => Err(Wrong::Version(version)),
     }
-}
-
-/// The evidence behind the head of a file whose checksum is right; nothing else is believed.
-fn parse(reader: impl BufRead, length: u64) -> std::result::Result<(Evidence, String), Wrong> {
-    let mut reader = Reader { inner: reader, left: length - CHECKSUM as u64 };
-    reader.head()?;
-    let (quanta, kept, about, scans, points) = reader.summary()?;
-    let mut evidence = Evidence::with_quanta(quanta, kept);
-    for scan in &scans {
-        let index = evidence.scan(&scan.key, scan.position);
-        evidence.count(scan.points, index);
-    }
-    let number = scans.len() as u32;
-    let counted = with_bricks!(&mut evidence.space, bricks => reader.bricks(bricks, number, quanta, kept)?);
-    if kept == Kept::Moments && counted != points {
-        return Err(Wrong::data("as many points in the voxels as in the scans"));
-    }
-    if reader.left > 0 {
-        return Err(Wrong::data("nothing behind the last voxel"));
-    }
-    Ok((evidence, about))
 }
 
 fn no_number() -> Wrong {
@@ -364,12 +403,16 @@ impl Wrong {
     }
 }
 
-type About = (u32, Kept, String, Vec<ScanEvidence>, u64);
-
 /// Takes numbers from a file of known length.
 struct Reader<R> {
     inner: R,
     left: u64,
+}
+
+impl<'a> Reader<&'a [u8]> {
+    fn new(bytes: &'a [u8]) -> Self {
+        Self { inner: bytes, left: bytes.len() as u64 }
+    }
 }
 
 impl<R: BufRead> Reader<R> {
@@ -439,7 +482,8 @@ impl<R: BufRead> Reader<R> {
         String::from_utf8(bytes).map_err(|_| Wrong::data("text in UTF-8"))
     }
 
-    fn summary(&mut self) -> std::result::Result<About, Wrong> {
+    /// Quanta along a voxel's side, and what comes before the bricks.
+    fn summary(&mut self) -> std::result::Result<(u32, Summary), Wrong> {
         let quanta = self.number()?;
         let quanta = u32::try_from(quanta).ok().filter(|quanta| VOXEL_QUANTA.contains(quanta));
         let quanta = quanta.ok_or_else(|| Wrong::data("voxels of 1 cm to 5 m"))?;
@@ -464,23 +508,23 @@ impl<R: BufRead> Reader<R> {
             }
             scans.push(ScanEvidence { key, position, points: of_scan });
         }
-        Ok((quanta, kept, about, scans, points))
+        let voxel = Evidence::with_quanta(quanta, kept).voxel();
+        Ok((quanta, Summary { voxel, kept, points, about, scans }))
     }
 
-    /// Fill the bricks; returns the points that their voxels count.
-    fn bricks<C: Cells>(
+    /// Hand on the bricks; returns the points that their voxels count.
+    fn bricks(
         &mut self,
-        bricks: &mut Bricks<C>,
         scans: u32,
         quanta: u32,
         kept: Kept,
+        mut take: impl FnMut([i32; 3], &[u32], &[(u16, Moments)]),
     ) -> std::result::Result<u64, Wrong> {
         // Voxel indices must fit 32 bits.
         let within = i64::from(i32::MIN >> SIDE_BITS)..=i64::from(i32::MAX >> SIDE_BITS);
-        let (mut before, mut points, mut voxels) = ([0_i32; 3], 0_u64, Vec::new());
+        let (mut before, mut points) = ([0_i32; 3], 0_u64);
+        let (mut of_brick, mut voxels) = (Vec::new(), Vec::new());
         let count = self.number()?;
-        // No more than can be true: none takes less than eight bytes.
-        bricks.reserve(count.min(self.left / 8) as usize);
         for number in 0..count {
             let mut key = [0; 3];
             for axis in 0..3 {
@@ -493,7 +537,8 @@ impl<R: BufRead> Reader<R> {
                 return Err(Wrong::data("bricks in the order of their indices"));
             }
             before = key;
-            let (mut of_brick, mut next) = (Vec::new(), 0);
+            of_brick.clear();
+            let mut next = 0;
             for _ in 0..self.below(u64::from(scans) + 1, "a number of scans")? {
                 let scan = self.below(u64::from(scans - next), "a scan")? as u32 + next;
                 of_brick.push(scan);
@@ -502,21 +547,29 @@ impl<R: BufRead> Reader<R> {
             voxels.clear();
             let mut next = 0;
             for _ in 0..=self.below(BRICK_VOXELS as u64, "a number of voxels")? {
-                let place = self.below((BRICK_VOXELS - next) as u64, "a place in a brick")? as usize + next;
-                let moments = if kept == Kept::Moments { self.moments(quanta)? } else { Moments::default() };
+                let (step, moments) =
+                    if kept == Kept::Moments { self.moments(quanta)? } else { (self.number()?, Moments::default()) };
+                if step >= (BRICK_VOXELS - next) as u64 {
+                    return Err(Wrong::data(&format!(
+                        "a place in a brick below {}, found {step}",
+                        BRICK_VOXELS - next
+                    )));
+                }
+                let place = step as usize + next;
                 points = points.saturating_add(moments.count);
                 voxels.push((place as u16, moments));
                 next = place + 1;
             }
-            bricks.insert(key, Brick { cells: C::of(&voxels), scans: of_brick });
+            take(key, &of_brick, &voxels);
         }
         Ok(points)
     }
 
-    /// Sums that points within a voxel can have.
-    fn moments(&mut self, quanta: u32) -> std::result::Result<Moments, Wrong> {
+    /// The step to the place of a voxel, and sums that points within it can have.
+    #[inline]
+    fn moments(&mut self, quanta: u32) -> std::result::Result<(u64, Moments), Wrong> {
         let impossible = || Wrong::data("sums that points within a voxel can have");
-        let [count, moments @ ..] = self.numbers::<7>()?;
+        let [step, count, moments @ ..] = self.numbers::<8>()?;
         let greatest = u64::from(quanta) - 1;
         let (sums, products) = (count.checked_mul(greatest), count.checked_mul(greatest * greatest));
         let (Some(sums), Some(products), true) = (sums, products, count > 0) else { return Err(impossible()) };
@@ -525,7 +578,7 @@ impl<R: BufRead> Reader<R> {
         if sum.iter().any(|&v| v > sums) || product.iter().any(|&v| v > products) {
             return Err(impossible());
         }
-        Ok(Moments { count, sum, products: product })
+        Ok((step, Moments { count, sum, products: product }))
     }
 }
 

@@ -8,6 +8,7 @@
 
 use std::cmp::Ordering;
 use std::collections::hash_map::Entry;
+use std::ops::Range;
 
 use rustc_hash::FxHashMap;
 
@@ -251,36 +252,11 @@ impl Evidence {
         with_bricks!(&self.space, bricks => {
             let mut bricks: Vec<_> = bricks.iter().collect();
             bricks.sort_unstable_by_key(|(key, _)| **key);
-            let (mut voxels, mut left) = (Vec::new(), Vec::new());
-            // One slab of bricks after the other, so that what is put in order stays in the cache.
-            for slab in bricks.chunk_by(|(one, _), (other, _)| one[0] == other[0]) {
-                voxels.clear();
-                left.clear();
-                for (_, brick) in slab {
-                    let first = voxels.len();
-                    brick.cells.each(|place, &moments| voxels.push((place, moments)));
-                    left.push(first..voxels.len());
-                }
-                // Of each brick the next column, row after row.
-                for x in 0..SIDE {
-                    let mut first = 0;
-                    for row in slab.chunk_by(|(one, _), (other, _)| one[1] == other[1]) {
-                        for y in 0..SIDE {
-                            let column = (x << SIDE_BITS | y) as u16;
-                            for ((key, _), left) in row.iter().zip(&mut left[first..]) {
-                                while left.start < left.end && voxels[left.start].0 >> SIDE_BITS == column {
-                                    let (place, moments) = voxels[left.start];
-                                    let within = [x, y, i32::from(place) & (SIDE - 1)];
-                                    let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
-                                    take(Voxel { index, moments });
-                                    left.start += 1;
-                                }
-                            }
-                        }
-                        first += row.len();
-                    }
-                }
+            let mut slab = Slab::default();
+            for (&key, brick) in bricks {
+                slab.add(key, &mut take, |voxels| brick.cells.each(|place, &moments| voxels.push((place, moments))));
             }
+            slab.hand_on(&mut take);
         });
     }
 
@@ -293,6 +269,51 @@ impl Evidence {
         });
         hits.sort_unstable();
         hits
+    }
+}
+
+/// Bricks that share their first index: their voxels are put in order together, so that what is moved stays in the cache.
+#[derive(Default)]
+pub(crate) struct Slab {
+    /// Place in its brick, and sums, of each voxel, brick after brick.
+    voxels: Vec<(u16, Moments)>,
+    /// The bricks, and which of their voxels were not handed on.
+    bricks: Vec<([i32; 3], Range<usize>)>,
+}
+
+impl Slab {
+    /// Add a brick, whose voxels `fill` pushes in the order of their places; bricks come in order. With the first of the
+    /// next slab the voxels of this one are handed on.
+    pub fn add(&mut self, key: [i32; 3], take: impl FnMut(Voxel), fill: impl FnOnce(&mut Vec<(u16, Moments)>)) {
+        if self.bricks.last().is_some_and(|(last, _)| last[0] != key[0]) {
+            self.hand_on(take);
+        }
+        let first = self.voxels.len();
+        fill(&mut self.voxels);
+        self.bricks.push((key, first..self.voxels.len()));
+    }
+
+    /// Hand on the voxels, sorted by index, and forget them.
+    pub fn hand_on(&mut self, mut take: impl FnMut(Voxel)) {
+        // Of each brick the next column, row after row.
+        for x in 0..SIDE {
+            for row in self.bricks.chunk_by_mut(|(one, _), (other, _)| one[1] == other[1]) {
+                for y in 0..SIDE {
+                    let column = (x << SIDE_BITS | y) as u16;
+                    for (key, left) in &mut *row {
+                        while left.start < left.end && self.voxels[left.start].0 >> SIDE_BITS == column {
+                            let (place, moments) = self.voxels[left.start];
+                            let within = [x, y, i32::from(place) & (SIDE - 1)];
+                            let index = std::array::from_fn(|axis| (key[axis] << SIDE_BITS) + within[axis]);
+                            take(Voxel { index, moments });
+                            left.start += 1;
+                        }
+                    }
+                }
+            }
+        }
+        self.voxels.clear();
+        self.bricks.clear();
     }
 }
 
