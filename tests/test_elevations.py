@@ -7,7 +7,7 @@ import pytest
 
 from asbuilt.elevations import Elevations, ceiling_heights, close_gaps, draw_elevations, smooth
 from asbuilt.profiles import StoreyVoxels
-from rooms import box, box_room, level, voxels_of, wall, walls, without
+from rooms import box, box_room, level, rectangle, voxels_of, wall, walls, without
 
 
 def elevation(voxels: StoreyVoxels, *line: float) -> Elevations:
@@ -111,6 +111,15 @@ def test_what_a_thin_cloud_shows_counts_as_in_a_dense_one() -> None:
     middle = on_wall(drawn, 0.3, 5.7)
     assert drawn.ceiling_behind[middle].mean() > 0.8
     assert drawn.floor_behind[middle].mean() > 0.8
+
+
+@pytest.mark.parametrize(("spacing", "filled"), [(0.2, 0.9), (0.4, 0.0)])
+def test_a_wall_far_from_scanners_is_filled_though_its_points_are_few(spacing: float, filled: float) -> None:
+    # A point in four cells each way is a surface, one in eight is none.
+    far = rectangle((6, 0, 0), (0, 4, 0), (0, 0, 2.6), spacing)
+    drawn = elevation(voxels_of(ROOM[ROOM[:, 0] < 5.9], far), 6, 0, 6, 4)
+    assert drawn.whole[on_wall(drawn, 0.3, 3.7)].mean() == pytest.approx(filled, abs=0.1)
+    assert drawn.covered[on_wall(drawn, 0.3, 3.7)].all()
 
 
 def test_smoothing_never_crosses_lines() -> None:

@@ -138,9 +138,10 @@ def _is_back(face: Face, other: Face) -> bool:
 def _is_seen(face: Face, elevations: Elevations, full: float) -> bool:
     """Whether floor and ceiling show before a face, or it shows itself in most places."""
     steps = _steps_of(face, elevations)
-    return bool(elevations.partition[face.line]) or shows(
-        elevations.front[steps].mean(), elevations.whole[steps].mean() / full
-    )
+    if elevations.partition[face.line]:
+        return True
+    filled = elevations.whole[steps].mean() / full
+    return shows(elevations.front[steps].mean(), filled if elevations.covered[steps].mean() > 0.3 else 0.0)
 
 
 def _is_sliver(face: Face, other: Face) -> bool:

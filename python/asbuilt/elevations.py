@@ -47,6 +47,8 @@ _CORNICE = (0.2, 0.4)
 """A cornice stands out of its wall by less than the first, and hides it below the ceiling by the second, m."""
 _LINTEL = 1.7
 """The lintel before a shut door, which looks alike, goes on for less, m."""
+_SPARSE = (9, 0.1, 5)
+"""Where of so many cells each way less than a share is filled, gaps of fewer cells than the last are closed."""
 _TOP = 0.25
 """Its upper half begins so far below the ceiling, m."""
 
@@ -64,6 +66,7 @@ class Elevations:
     upper, lower, whole : (m,) share of the heights filled on the plane: in the upper zone, from 0.15 to 1.9 m, and
         from 0.15 m to the ceiling.
     top : (m,) share of the heights filled in the upper half of the upper zone; 1 where no ceiling was seen.
+    covered : (m,) whether a ceiling was seen over the room that sees the plane.
     front : (m,) 0..2; how much of floor and ceiling reaches the plane from the front.
     ceiling_behind, floor_behind : (m,) 0..1; how much of them goes on just behind the plane.
     ceiling_beyond : (m,) 0..1; how much of the ceiling goes on a cupboard's depth behind it.
@@ -79,6 +82,7 @@ class Elevations:
     lower: FloatArray
     whole: FloatArray
     top: FloatArray
+    covered: BoolArray
     front: FloatArray
     ceiling_behind: FloatArray
     ceiling_beyond: FloatArray
@@ -161,7 +165,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     before, behind = np.where(left, floors, floors[::-1])
     rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
     on_plane = _ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    below = _filled_below(hits.by_height(on_plane, step, rows) > 0)
+    below = _filled_below(_close_sparse(hits.by_height(on_plane, step, rows) > 0, first))
 
     close = (_NEAR[0], np.minimum(_CLOSE[1], twin - 0.015))
     at_floor, at_ceiling = ((-within, within) for within in _WITHIN)
@@ -206,6 +210,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         lower=lower,
         whole=whole,
         top=np.where(unknown | at_cornice, 1.0, top),
+        covered=~unknown,
         front=front_floor + (front_ceiling if front_ceiling.any() else front_floor),
         ceiling_behind=ceiling_behind,
         ceiling_beyond=ceiling_beyond,
@@ -337,6 +342,15 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     Scan lines that fall on a far wall leave gaps between them; ends stay where they are.
     """
     return _core.close_gaps(np.ascontiguousarray(values), np.asarray(first, dtype=np.int64), width)
+
+
+def _close_sparse(filled: BoolArray, first: IntArray) -> BoolArray:
+    """Cells of elevations (m, rows), with the gaps between filled ones closed where only few are filled.
+
+    On what is far from all scanners, points lie farther apart than cells are long; a surface they are all the same.
+    """
+    around, share, width = _SPARSE
+    return _core.close_sparse(filled, np.asarray(first, dtype=np.int64), around=around, share=share, width=width)
 
 
 def _filled_below(filled: BoolArray) -> IntArray:

@@ -15,6 +15,7 @@ pub mod layer;
 pub mod patches;
 pub mod places;
 pub mod read;
+pub mod sparse;
 pub mod store;
 pub mod trace;
 pub mod voxel;

@@ -1,6 +1,7 @@
 //! Points near lines, counted by the steps of the lines.
 
 use asbuilt_core::hits::{self, Hits as Inner, Range};
+use asbuilt_core::sparse;
 use numpy::ndarray::ArrayView1;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
@@ -111,6 +112,26 @@ pub fn close_gaps<'py>(
     let first = line_starts(&first, values.len())?;
     let values = values.as_slice()?;
     Ok(py.detach(|| hits::close_gaps(values, &first, width)).into_pyarray(py))
+}
+
+/// Cells (m, rows) with the gaps closed between filled ones where few are filled, never across lines.
+///
+/// Of `around` x `around` cells less than a `share` is filled there; the closing is by `width` x `width` cells; both
+/// are odd. Line i has the steps from `first[i]` to before `first[i + 1]`.
+#[pyfunction]
+#[pyo3(signature = (filled, first, *, around, share, width))]
+pub fn close_sparse<'py>(
+    py: Python<'py>,
+    filled: PyReadonlyArray2<'py, bool>,
+    first: PyReadonlyArray1<'py, i64>,
+    around: usize,
+    share: f64,
+    width: usize,
+) -> PyResult<Bound<'py, PyArray2<bool>>> {
+    let shape = [filled.shape()[0], filled.shape()[1]];
+    let first = line_starts(&first, shape[0])?;
+    let filled = row_by_row(&filled);
+    py.detach(|| sparse::close_sparse(&filled, shape[1], &first, around, share, width)).into_pyarray(py).reshape(shape)
 }
 
 /// Where each line's steps begin, and where the last one's end.

@@ -25,7 +25,7 @@ mod _core {
     #[pymodule_export]
     use crate::heights::height_about;
     #[pymodule_export]
-    use crate::hits::{Hits, close_gaps, means_along};
+    use crate::hits::{Hits, close_gaps, close_sparse, means_along};
     #[pymodule_export]
     use crate::hough::hough_lines;
     #[pymodule_export]
