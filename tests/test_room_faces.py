@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -86,23 +87,22 @@ def test_a_face_goes_on_behind_what_hides_it() -> None:
     assert [5.0, 4.0, 0.0, 4.0] in ends(found).tolist()
 
 
-@pytest.mark.parametrize(
-    ("windows", "open_"),
-    [
-        ((), True),
-        ((Window((DOOR[0], -0.1), (DOOR[1], -0.1), sill=0.0),), True),
-        ((Window((DOOR[0], -0.1), (DOOR[1], -0.1), sill=0.5),), False),
-    ],
-)
-def test_a_gap_that_was_seen_through_stays_open_but_over_a_sill(windows: tuple[Window, ...], open_: bool) -> None:
+WINDOW = Window((DOOR[0], -0.1), (DOOR[1], -0.1), sill=0.0)
+
+
+@pytest.mark.parametrize(("floor", "windows", "open_"), [(0.8, [], True), (0.8, [WINDOW], False), (0.0, [], False)])
+def test_a_gap_stays_open_where_the_floor_goes_on_but_not_at_a_window(
+    floor: float, windows: list[Window], open_: bool
+) -> None:
     south = [face(0, (0.0, 0.0), (2.0, 0.0)), face(0, (2.9, 0.0), (5.0, 0.0))]
     voxels, elevations, scores = scene()
     start, along = elevations.lines[0, :2], elevations.along(0)
     place = (elevations.position(0)[:, None] * along + start + voxels.origin)[:, 0]
-    against = scores.copy()
-    line = slice(elevations.first[0], elevations.first[1])
-    against[line][(place > DOOR[0]) & (place < DOOR[1])] = -1.5
-    found = draw_room_faces(south + others(), [room()], [], windows, elevations, against, voxels)
+    gap = np.flatnonzero((place > DOOR[0]) & (place < DOOR[1])) + elevations.first[0]
+    against, behind = scores.copy(), elevations.floor_behind.copy()
+    against[gap], behind[gap] = -1.5, floor
+    seen = replace(elevations, floor_behind=behind)
+    found = draw_room_faces(south + others(), [room()], [], windows, seen, against, voxels)
     on_south = [end for end in ends(found).tolist() if end[1] == end[3] == 0]
     expected = [[0, 0, 2.0, 0], [2.9, 0, 5, 0]] if open_ else [[0, 0, 5, 0]]
     assert on_south == [pytest.approx(end) for end in expected]

@@ -27,10 +27,10 @@ _BEHIND = 0.65
 """An opening in the wall behind a side is no further from it, m."""
 _RECESS = 0.4
 """Nor further before it, m."""
-_SILL = 0.1
-"""A face goes on under a sill higher than this, m."""
 _SHORT = 0.6
 """A piece of a side shorter than this is wall unless an opening shows, m."""
+_GOES_ON = 0.15
+"""Where no more of floor and ceiling than this goes on behind a side, wall is hidden."""
 _ALONE = (1.5, 3.5)
 """A side on which no face was found is drawn up to these lengths, m..."""
 _SHOWS = (0.3, 0.6)
@@ -76,12 +76,11 @@ def draw_room_faces(
     ----------
     rooms : their polygons, m from the storey's origin.
     openings : doors and what else faces stop at, in the input's frame.
-    windows : in the input's frame; faces go on under their sills, but not across windows down to the floor.
+    windows : in the input's frame; faces go on under and over them, be they as low as the floor.
     """
     sides = [side for room in rooms for side in _sides(room)]
-    over_sills = [window for window in windows if window.sill is not None and window.sill > _SILL]
     holes, panes = (
-        np.array([[o.start, o.end] for o in some]).reshape(-1, 2, 2) - voxels.origin for some in (openings, over_sills)
+        np.array([[o.start, o.end] for o in some]).reshape(-1, 2, 2) - voxels.origin for some in (openings, windows)
     )
     tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
     straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
@@ -228,10 +227,12 @@ def _is_hidden(
         return True
     line = max(own, key=lambda f: f.length).line
     ends = (side.start + at * side.along for at in (low, high))
-    passed = scores[elevations.between(line, *ends)]
-    if len(passed) == 0:
+    steps = elevations.between(line, *ends)
+    if steps.stop <= steps.start:
         return False
-    against = float((passed < -1).mean())
+    if max(elevations.floor_behind[steps].mean(), elevations.ceiling_behind[steps].mean()) < _GOES_ON:
+        return True  # whatever stands before it, nothing can be walked into or seen behind it
+    against = float((scores[steps] < -1).mean())
     return against < (0.7 if high - low < _SHORT else 0.3)
 
 

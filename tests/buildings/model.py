@@ -42,8 +42,13 @@ class Opening:
 
     @property
     def to_floor(self) -> bool:
-        """Whether one could walk through, so that the faces stop here."""
+        """Whether one could walk through, so that nothing may stand before it."""
         return self.kind != "window"
+
+    @property
+    def is_doorway(self) -> bool:
+        """Whether faces stop here, as the cases' do at doors alone."""
+        return self.kind in ("door", "cased")
 
 
 @dataclass(frozen=True)

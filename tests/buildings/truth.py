@@ -28,16 +28,14 @@ def storey_truth(storey: Storey) -> dict[str, Any]:
         "floor": storey.floor,
         "height": storey.height,
         "walls": walls,
-        "jambs": [[*a, *b] for o in openings if o.to_floor for a, b in o.jambs],
+        "jambs": [[*a, *b] for o in openings if o.is_doorway for a, b in o.jambs],
         "doors": [
-            {"line": [*o.line[0], *o.line[1]], "width": o.width, "closed": o.closed}
-            for o in openings
-            if o.kind in ("door", "cased")
+            {"line": [*o.line[0], *o.line[1]], "width": o.width, "closed": o.closed} for o in openings if o.is_doorway
         ],
         "windows": [
             {"line": [*o.line[0], *o.line[1]], "width": o.width, "sill": o.sill, "head": o.head}
             for o in openings
-            if o.kind in ("window", "french")
+            if not o.is_doorway
         ],
         "rooms": [
             {
@@ -68,11 +66,11 @@ def flight_truth(above: Storey) -> list[dict[str, Any]]:
 
 
 def _faces(edge: Array, storey: Storey) -> list[list[float]]:
-    """The faces along an edge: windows do not interrupt them, openings down to the floor do."""
+    """The faces along an edge: doorways interrupt them, windows do not, be they as low as the floor."""
     faces: list[list[float]] = []
     joined = False
     for a, b, opening in spans(edge, storey.openings):
-        if opening is not None and opening.to_floor:
+        if opening is not None and opening.is_doorway:
             joined = False
         elif joined:
             faces[-1][2:] = [float(b[0]), float(b[1])]
