@@ -71,6 +71,9 @@ _SAMPLED = 4
 """Floor and ceiling are looked for in squares of so many ground cells each way: from afar they are seen in few."""
 _NARROW = 0.2
 """Narrower cells are too small to tell whether floor or ceiling was seen, m."""
+_TILE, _WHOLE = 3, 2
+"""Voxels are told to be in a room by tiles of so many ground cells each way, as a power of two; and what marks a tile
+that is in it as a whole: it is in touch with it, and within."""
 _ASIDE = 0.05
 """Voxels this near to a room's walls are none of its floor or ceiling, m."""
 
@@ -155,7 +158,8 @@ def measure_rooms(
         near = voxels.in_box(inner.bounds[:2], inner.bounds[2:])
         z = voxels.z[near]
         looked_at = (bottom[near] & (np.abs(z) < _FLOOR), top[near] & (z > _HEADROOM))
-        on_floor, at_ceiling = (_surface(inner, near, near[chosen], voxels) for chosen in looked_at)
+        inside = _Inside(inner, voxels)
+        on_floor, at_ceiling = (_surface(inside, near, near[chosen], voxels) for chosen in looked_at)
         floor, ceiling = _level_of(voxels.z[on_floor]), _level_of(voxels.z[at_ceiling])
         here = tuple(
             key
@@ -202,12 +206,12 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     return points if ring.is_ccw else points[::-1]
 
 
-def _surface(polygon: shapely.Polygon, near: IntArray, outermost: IntArray, voxels: StoreyVoxels) -> IntArray:
+def _surface(inside: _Inside, near: IntArray, outermost: IntArray, voxels: StoreyVoxels) -> IntArray:
     """Those of the voxels near a polygon that are on the surface in it which most of the outermost ones are of."""
-    height = _level_of(voxels.z[_inside(polygon, outermost, voxels)])
+    height = _level_of(voxels.z[inside.of(outermost)])
     if height is None:
         return np.zeros(0, dtype=np.int64)
-    return _inside(polygon, near[np.abs(voxels.z[near] - height) < voxels.voxel], voxels)
+    return inside.of(near[np.abs(voxels.z[near] - height) < voxels.voxel])
 
 
 def _level_of(z: FloatArray) -> float | None:
@@ -220,11 +224,29 @@ def _level_of(z: FloatArray) -> float | None:
     return float(z[np.abs(z - most) <= 1.5 * _LEVEL].mean())
 
 
-def _inside(polygon: shapely.Polygon, chosen: IntArray, voxels: StoreyVoxels) -> IntArray:
-    """Those of the chosen voxels that are within a polygon."""
-    shapely.prepare(polygon)
-    inside: IntArray = chosen[shapely.contains_xy(polygon, voxels.xy.take(chosen, axis=0))]
-    return inside
+class _Inside:
+    """Which voxels are within a polygon: asked for its tiles first, then for voxels on its edges alone."""
+
+    def __init__(self, polygon: shapely.Polygon, voxels: StoreyVoxels) -> None:
+        self.polygon, self.voxels = polygon, voxels
+        shapely.prepare(polygon)
+        size = voxels.voxel * 2**_TILE
+        x1, y1, x2, y2 = np.nan_to_num(np.floor(np.divide(polygon.bounds, size))).astype(np.int32)
+        # A tile more on all sides, and tiles a hair larger: rounding may put a voxel's mean beyond its cell.
+        x, y = np.mgrid[x1 - 1 : x2 + 2, y1 - 1 : y2 + 2]
+        self.wide, self.first = np.int32(y.shape[1]), (x1 - 1) * y.shape[1] + y1 - 1
+        ends = (side * size + end for end in (-_SAME, size + _SAME) for side in (x.ravel(), y.ravel()))
+        tiles = shapely.box(*ends)
+        self.touched = shapely.intersects(polygon, tiles).astype(np.int8) + shapely.contains_properly(polygon, tiles)
+
+    def of(self, chosen: IntArray) -> IntArray:
+        """Those of the chosen voxels, near the polygon, that are in it."""
+        x, y = (self.voxels.index.take(chosen, axis=0) >> _TILE).T
+        touched = self.touched.take(x * self.wide + y - self.first)
+        within = touched == _WHOLE
+        asked = np.flatnonzero(touched == _WHOLE - 1)
+        within[asked] = shapely.contains_xy(self.polygon, self.voxels.xy.take(chosen.take(asked), axis=0))
+        return chosen[within]
 
 
 def _continuations(segments: FloatArray) -> FloatArray:
