@@ -16,22 +16,33 @@ pub struct Heights<'a> {
     pub cell: f64,
 }
 
+/// Added to a number and taken away again, it leaves a whole number.
+const WHOLE: f64 = (3_u64 << 51) as f64;
+
 impl Heights<'_> {
-    /// The height at a place (m).
-    fn at(&self, place: [f64; 2], per_cell: f64) -> f64 {
+    /// The heights at places (x and y of each, m): told side by side, without a branch, in floating point alone.
+    fn at(&self, places: &[[f64; TOGETHER]; 2]) -> [f64; TOGETHER] {
         let [x, y] = [0, 1].map(|axis| {
-            let index = self.index(place[axis], per_cell) - self.low[axis];
-            index.clamp(0, self.shape[axis] as i64 - 1) as usize
+            let (low, last) = (self.low[axis] as f64, (self.shape[axis] - 1) as f64);
+            self.indices(&places[axis]).map(|index| (index - low).max(0.0).min(last))
         });
-        self.heights[x * self.shape[1] + y]
+        let row = self.shape[1] as f64;
+        std::array::from_fn(|i| self.heights[(x[i] * row + y[i]) as usize])
     }
 
-    /// The index of the cell that a place (m) along an axis is in; `per_cell` is the inverse of a cell's size.
-    fn index(&self, place: f64, per_cell: f64) -> i64 {
-        let guess = place * per_cell;
-        let index = floor(guess);
+    /// The indices of the cells that places (m) along an axis are in, whole numbers.
+    fn indices(&self, places: &[f64; TOGETHER]) -> [f64; TOGETHER] {
+        let per_cell = self.cell.recip();
+        let mut is_sure = true;
+        let indices = places.map(|place| {
+            let guess = place * per_cell;
+            let nearest = (guess + WHOLE) - WHOLE;
+            let index = if nearest > guess { nearest - 1.0 } else { nearest };
+            is_sure &= (guess - index - 0.5).abs() < 0.499_999;
+            index
+        });
         // Dividing takes longer, and tells more only at the ends of a cell.
-        if (guess - index as f64 - 0.5).abs() < 0.499_999 { index } else { floor(place / self.cell) }
+        if is_sure { indices } else { places.map(|place| (place / self.cell).floor()) }
     }
 
     /// The height (m) about each place (m): of those after some steps (to a side, along; m), in the directions to the
@@ -45,37 +56,40 @@ impl Heights<'_> {
         least: usize,
         level: f64,
     ) -> Vec<f64> {
-        let (order, per_cell) = (exchanges(steps.len()), self.cell.recip());
+        let order = exchanges(steps.len());
         let mut samples = vec![[f64::INFINITY; TOGETHER]; steps.len()];
         let mut found = Vec::with_capacity(places.len());
         for first in (0..places.len()).step_by(TOGETHER) {
             let count = TOGETHER.min(places.len() - first);
+            // The last ones have one more than once.
+            let [place, aside, along] =
+                [places, aside, along].map(|of| [0, 1].map(|axis| lanes(|i| of[first + i.min(count - 1)][axis])));
             let (mut known, mut near) = ([0_usize; TOGETHER], [0_usize; TOGETHER]);
             for (sample, [to_side, onward]) in samples.iter_mut().zip(steps) {
-                for i in 0..count {
-                    let [place, aside, along] = [places, aside, along].map(|of| of[first + i]);
-                    let place = [0, 1].map(|axis| place[axis] + to_side * aside[axis] + onward * along[axis]);
-                    let height = self.at(place, per_cell);
-                    known[i] += usize::from(height.is_finite());
-                    near[i] += usize::from(height.abs() < level);
-                    sample[i] = if height.is_finite() { height } else { f64::INFINITY };
-                }
-            }
-            for &[one, other] in &order {
-                let (low, high) = (samples[one], samples[other]);
+                let places =
+                    [0, 1].map(|axis| lanes(|i| place[axis][i] + to_side * aside[axis][i] + onward * along[axis][i]));
+                *sample = self.at(&places);
                 for i in 0..TOGETHER {
-                    samples[one][i] = if low[i] < high[i] { low[i] } else { high[i] };
-                    samples[other][i] = if low[i] < high[i] { high[i] } else { low[i] };
+                    known[i] += usize::from(sample[i].is_finite());
+                    near[i] += usize::from(sample[i].abs() < level);
+                    sample[i] = if sample[i].is_finite() { sample[i] } else { f64::INFINITY };
                 }
             }
-            found.extend((0..count).map(|i| {
-                if known[i] < least.max(1) {
-                    f64::NAN
-                } else if level > 0.0 && 4 * near[i] >= known[i] {
-                    0.0
-                } else {
-                    samples[(share * (known[i] - 1) as f64).round_ties_even() as usize][i]
+            let is_known = |i: usize| known[i] >= least.max(1);
+            let is_level = |i: usize| level > 0.0 && 4 * near[i] >= known[i];
+            if (0..count).any(|i| is_known(i) && !is_level(i)) {
+                for &[one, other] in &order {
+                    let (low, high) = (samples[one], samples[other]);
+                    for i in 0..TOGETHER {
+                        samples[one][i] = if low[i] < high[i] { low[i] } else { high[i] };
+                        samples[other][i] = if low[i] < high[i] { high[i] } else { low[i] };
+                    }
                 }
+            }
+            found.extend((0..count).map(|i| match (is_known(i), is_level(i)) {
+                (false, _) => f64::NAN,
+                (true, true) => 0.0,
+                (true, false) => samples[(share * (known[i] - 1) as f64).round_ties_even() as usize][i],
             }));
         }
         found
@@ -99,10 +113,8 @@ fn exchanges(count: usize) -> Vec<[usize; 2]> {
     pairs
 }
 
-/// Without a call of the C library, which rounding down is on old processors.
-fn floor(value: f64) -> i64 {
-    let whole = value as i64;
-    whole - i64::from(whole as f64 > value)
+fn lanes(of: impl Fn(usize) -> f64) -> [f64; TOGETHER] {
+    std::array::from_fn(of)
 }
 
 #[cfg(test)]

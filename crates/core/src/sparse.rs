@@ -46,26 +46,38 @@ pub fn close_sparse(
 ) -> Vec<bool> {
     let mut closed = filled.to_vec();
     let (reach, margin) = (width / 2, width - 1);
-    let (high, whole) = (rows + 2 * margin, (width * width) as u32);
+    let high = rows + 2 * margin;
     let few = share * (around * around) as f64;
     for range in first.windows(2).filter(|_| rows > 0) {
         let line = &mut closed[range[0] * rows..range[1] * rows];
-        if line.iter().all(|&filled| !filled) {
-            continue;
-        }
         let mut wider = vec![false; (range[1] - range[0] + 2 * margin) * high];
         for (cells, within) in line.chunks_exact(rows).zip(wider[margin * high..].chunks_exact_mut(high)) {
             within[margin..margin + rows].copy_from_slice(cells);
         }
-        let sums = Sums::new(&wider, high);
-        let grown: Vec<bool> = (0..wider.len()).map(|cell| sums.around(cell, reach) > 0).collect();
-        let grown = Sums::new(&grown, high);
+        let grown =
+            windows(&windows(&wider, 1, reach, |one, other| one | other), high, reach, |one, other| one | other);
+        let whole =
+            windows(&windows(&grown, 1, reach, |one, other| one & other), high, reach, |one, other| one & other);
+        let mut sums = None;
         for (cell, filled) in line.iter_mut().enumerate() {
             let cell = (cell / rows + margin) * high + cell % rows + margin;
-            *filled = *filled || f64::from(sums.around(cell, around / 2)) < few && grown.around(cell, reach) == whole;
+            if whole[cell] && !*filled {
+                let sums = sums.get_or_insert_with(|| Sums::new(&wider, high));
+                *filled = f64::from(sums.around(cell, around / 2)) < few;
+            }
         }
     }
     closed
+}
+
+/// Each cell with those at most `reach` before and after it, `apart` from one another; there are none beyond the ends.
+fn windows(cells: &[bool], apart: usize, reach: usize, with: impl Fn(bool, bool) -> bool) -> Vec<bool> {
+    let mut found = cells.to_vec();
+    for by in (1..=reach).map(|step| step * apart) {
+        found[by..].iter_mut().zip(cells).for_each(|(cell, &before)| *cell = with(*cell, before));
+        found.iter_mut().zip(&cells[by..]).for_each(|(cell, &after)| *cell = with(*cell, after));
+    }
+    found
 }
 
 #[cfg(test)]
