@@ -246,7 +246,8 @@ class _Inside:
         within = touched == _WHOLE
         asked = np.flatnonzero(touched == _WHOLE - 1)
         within[asked] = shapely.contains_xy(self.polygon, self.voxels.xy.take(chosen.take(asked), axis=0))
-        return chosen[within]
+        found: IntArray = chosen[within]
+        return found
 
 
 def _continuations(segments: FloatArray) -> FloatArray:
