@@ -91,8 +91,10 @@ def draw_room_faces(
     within: list[list[tuple[float, float]]] = [[] for _ in faces]
     segments = np.array([[*side.start, *side.end] for side in sides]).reshape(-1, 4)
     near_faces = [np.array(near, dtype=np.int64) for near in near_each(segments, segments_of(faces), _DOUBLE + _SLACK)]
-    near_holes = near_each(segments, holes.reshape(-1, 4), _BEHIND + _SLACK)
-    for side, near, about in zip(sides, near_faces, near_holes, strict=True):
+    near_holes, near_panes = (near_each(segments, some.reshape(-1, 4), _BEHIND + _SLACK) for some in (holes, panes))
+    middles = np.array([(face.start + face.end) / 2 for face in faces]).reshape(-1, 2)
+    ways = np.array([face.along for face in faces]).reshape(-1, 2)
+    for side, near, about, glass in zip(sides, near_faces, near_holes, near_panes, strict=True):
         place, aside = side.place(tips[near])
         if (
             ~straight[near]
@@ -112,7 +114,7 @@ def draw_room_faces(
         # What stands free in a room shows on all its sides, or is none of a wall.
         close = (np.abs(aside).max(axis=1) < _BESIDE) & (shared > _BESIDE)
         beside = side.of_hole or bool(shared[close].sum() > 0.3 * side.length)
-        glazed = _openings_on(side, panes)
+        glazed = _openings_on(side, panes[glass])
         wall = _without(
             _filled(side, stretches + glazed, own, gone, elevations, scores, voxels, well_seen, beside), gone
         )
@@ -121,7 +123,7 @@ def draw_room_faces(
                 continue
             model = min(own, key=lambda f: -_shared(side, f, low, high), default=None)
             if model is None:
-                model = _nearest(faces, side)
+                model = faces[_nearest(middles, ways, side)]
             fixed = (low < 0.01, high > side.length - 0.01)
             start = side.start if fixed[0] else side.start + low * side.along
             end = side.end if fixed[1] else side.start + high * side.along
@@ -271,13 +273,10 @@ def _shared(side: _Side, face: Face, low: float, high: float) -> float:
     return float(min(place.max(), high) - max(place.min(), low))
 
 
-def _nearest(faces: list[Face], side: _Side) -> Face:
-    """The face nearest to a side among those most parallel to it, whose elevation stands in for the side's own."""
-    middle = (side.start + side.end) / 2
+def _nearest(middles: FloatArray, ways: FloatArray, side: _Side) -> int:
+    """The face nearest to a side among those most parallel to it, whose elevation stands in for the side's own.
 
-    def apart(face: Face) -> float:
-        return float(np.hypot(*((face.start + face.end) / 2 - middle))) + 100 * (
-            1 - abs(float(face.along @ side.along))
-        )
-
-    return min(faces, key=apart)
+    Told by the middles (n, 2), m, of all faces and their directions (n, 2).
+    """
+    apart = np.hypot(*(middles - (side.start + side.end) / 2).T)
+    return int(np.argmin(apart + 100 * (1 - np.abs(ways @ side.along))))

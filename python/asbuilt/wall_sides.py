@@ -16,8 +16,9 @@ import numpy as np
 from asbuilt.curves import in_turn
 from asbuilt.directed import Directed
 from asbuilt.elevations import Elevations, ceiling_heights, smooth_rows
-from asbuilt.faces import Face
+from asbuilt.faces import Face, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_each
 from asbuilt.profiles import StoreyVoxels
 
 PLANE = 0.022
@@ -83,8 +84,8 @@ class WallSides:
 
     def at(self, side: int, place: float) -> tuple[FloatArray, FloatArray]:
         """Point (2,) on a side at a place along it (m), and the unit vector (2,) along the side there."""
-        pieces = np.flatnonzero(self.side == side)
-        piece = pieces[max(int(np.searchsorted(self.base[pieces], place, side="right")) - 1, 0)]
+        first, last = np.searchsorted(self.side, [side, side + 1])
+        piece = first + max(int(np.searchsorted(self.base[first:last], place, side="right")) - 1, 0)
         start, end = self.segments[piece, :2], self.segments[piece, 2:]
         along = (end - start) / max(float(np.hypot(*(end - start))), 1e-12)
         return start + (place - self.base[piece]) * along, along
@@ -288,15 +289,18 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
     along = (end - start) / length[:, None]
     normal = np.column_stack([-along[:, 1], along[:, 0]])
     bounds = np.searchsorted(piece, np.arange(len(segments) + 1))  # columns come piece after piece
-    for face in faces:
-        relative = np.array([face.start, face.end])[:, None] - start
-        place = (relative * along).sum(axis=2)
-        depth = -(relative * normal).sum(axis=2)
-        beside = (place.max(axis=0) > -_ACROSS) & (place.min(axis=0) < length + _ACROSS)
-        opposite = (along @ face.along < -0.97) & beside & (depth.min(axis=0) > 0.03) & (depth.min(axis=0) < DEPTH)
+    # Columns that are left blank after a piece are some further away.
+    for face, near in zip(faces, near_each(segments_of(faces), segments, DEPTH + 2 * _ACROSS), strict=True):
+        about = np.array(near, dtype=np.int64)
+        relative = np.array([face.start, face.end])[:, None] - start[about]
+        place = (relative * along[about]).sum(axis=2)
+        depth = -(relative * normal[about]).sum(axis=2)
+        beside = (place.max(axis=0) > -_ACROSS) & (place.min(axis=0) < length[about] + _ACROSS)
+        opposite = along[about] @ face.along < -0.97
+        opposite &= beside & (depth.min(axis=0) > 0.03) & (depth.min(axis=0) < DEPTH)
         if not opposite.any():
             continue
-        column = np.concatenate([np.arange(bounds[i], bounds[i + 1]) for i in np.flatnonzero(opposite)])
+        column = np.concatenate([np.arange(bounds[i], bounds[i + 1]) for i in about[opposite]])
         to_column = middle[column] - face.start
         at = to_column @ face.along
         behind = -(to_column @ face.normal)

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from asbuilt.directed import Directed
-from asbuilt.grid import FloatArray
+from asbuilt.grid import FloatArray, IntArray
 from asbuilt.neighbours import near_each
 from asbuilt.plan import Opening, Wall, WallFace
 
@@ -168,23 +168,26 @@ def _pieces(segments: FloatArray, curves: Sequence[int | None]) -> list[_Piece]:
     length = np.maximum(np.hypot(*way.T), 1e-9)
     along = way / length[:, None]
     normal = np.column_stack([-along[:, 1], along[:, 0]])
+    # What is turned is nearer, or further, at its ends than in its middle.
+    reach = _THICKNESS[1] + np.sqrt(1 - _PARALLEL_CHORDS**2) / 2 * length.max(initial=0)
     pieces = []
-    for i in range(len(segments)):
-        ends = segments.reshape(-1, 2, 2) - start[i]
+    for i, near in enumerate(near_each(segments, segments, reach)):
+        about = np.array(near, dtype=np.int64)
+        ends = segments[about].reshape(-1, 2, 2) - start[i]
         place, aside = ends @ along[i], ends @ normal[i]
         limit = _PARALLEL if curves[i] is None else _PARALLEL_CHORDS
         behind = -aside.mean(axis=1)
-        partner = (along @ along[i] < -limit) & (behind > _THICKNESS[0]) & (behind < _THICKNESS[1])
+        partner = (along[about] @ along[i] < -limit) & (behind > _THICKNESS[0]) & (behind < _THICKNESS[1])
         low, high = np.maximum(place.min(axis=1), 0.0), np.minimum(place.max(axis=1), length[i])
         partner &= high - low > _MIN_OVERLAP
         rest = [(0.0, float(length[i]))]
-        for j in np.flatnonzero(partner)[np.argsort(behind[partner], kind="stable")]:
-            paired, rest = _split(rest, float(low[j]), float(high[j]))
+        for k in np.flatnonzero(partner)[np.argsort(behind[partner], kind="stable")]:
+            paired, rest = _split(rest, float(low[k]), float(high[k]))
             for a, b in paired:
-                # Seen from j the same pair comes up again, if nothing stands between.
-                if b - a > _MIN_OVERLAP and (i < j or curves[i] is not None):
-                    offset = float(np.interp((a + b) / 2, *_ascending(place[j], aside[j])))
-                    pieces.append(_piece(segments, i, a, b, offset, (i, int(j)), curves[i]))
+                # Seen from the other one the same pair comes up again, if nothing stands between.
+                if b - a > _MIN_OVERLAP and (i < near[k] or curves[i] is not None):
+                    offset = float(np.interp((a + b) / 2, *_ascending(place[k], aside[k])))
+                    pieces.append(_piece(segments, i, a, b, offset, (i, near[k]), curves[i]))
         alone = [(a, b) for a, b in rest if b - a > (_MIN_OVERLAP if len(rest) == 1 and not partner.any() else 0.3)]
         pieces += [_piece(segments, i, a, b, np.nan, (i,), curves[i]) for a, b in alone]
     return pieces
@@ -342,18 +345,20 @@ def _close_junctions(bodies: list[_Body]) -> tuple[list[list[FloatArray]], list[
     along = np.array([body.along for body in bodies])
     half = np.array([body.thickness for body in bodies]) / 2
     length = np.hypot(*(end - start).T)
+    axes, reach = np.hstack([start, end]), 2 * (_REACH + half.max(initial=0))
+    near = zip(*(near_each(tips, axes, reach) for tips in (start, end)), strict=True)
     outlines, centrelines = [], []
-    for i, body in enumerate(bodies):
+    for i, (body, (at_start, at_end)) in enumerate(zip(bodies, near, strict=True)):
         corners, axis = [], []
-        for tip, outward in ((body.start, -body.along), (body.end, body.along)):
-            met = _met(i, tip, outward, start, along, half, length)
+        for tip, outward, about in ((body.start, -body.along, at_start), (body.end, body.along, at_end)):
+            met = _met(i, tip, outward, np.array([j for j in about if j != i]), start, along, half, length)
             sides = [tip + sign * half[i] * body.normal for sign in (1, -1)]
             if met is not None:
                 j, place, on_other = met
                 axis.append(tip + place * outward)
-                at_end = on_other < half[i] + _REACH / 2 or on_other > length[j] - half[i] - _REACH / 2
+                is_end = on_other < half[i] + _REACH / 2 or on_other > length[j] - half[i] - _REACH / 2
                 sides = _mitred(
-                    sides, outward, start[j], along[j], half[j], on_other > length[j] / 2 if at_end else None
+                    sides, outward, start[j], along[j], half[j], on_other > length[j] / 2 if is_end else None
                 )
             else:
                 axis.append(tip)
@@ -367,25 +372,30 @@ def _met(
     i: int,
     tip: FloatArray,
     outward: FloatArray,
+    about: IntArray,
     start: FloatArray,
     along: FloatArray,
     half: FloatArray,
     length: FloatArray,
 ) -> tuple[int, float, float] | None:
-    """The wall that wall i meets at a tip: its number, how far beyond the tip, and where on its centreline, m."""
+    """The wall `about` (n,) a tip of wall i that it meets: its number, how far beyond the tip, and where on its
+    centreline, m.
+    """
+    if len(about) == 0:
+        return None
+    start, along, half_of, length_of = start[about], along[about], half[about], length[about]
     cross = outward[0] * along[:, 1] - outward[1] * along[:, 0]
     apart = start - tip
     with np.errstate(divide="ignore", invalid="ignore"):
         place = (apart[:, 0] * along[:, 1] - apart[:, 1] * along[:, 0]) / cross
         on_other = (apart[:, 0] * outward[1] - apart[:, 1] * outward[0]) / cross
-    near = (np.abs(cross) > 0.1) & (place > -_REACH - half) & (place < _REACH + half)
+    near = (np.abs(cross) > 0.1) & (place > -_REACH - half_of) & (place < _REACH + half_of)
     near &= place > -length[i] / 2  # both ends of a short wall are near the same one: only the nearer meets it
-    near &= (on_other > -_REACH - half[i]) & (on_other < length + _REACH + half[i])
-    near[i] = False
+    near &= (on_other > -_REACH - half[i]) & (on_other < length_of + _REACH + half[i])
     if not near.any():
         return None
-    j = int(np.flatnonzero(near)[np.argmin(np.abs(place[near]))])
-    return j, float(place[j]), float(on_other[j])
+    k = int(np.flatnonzero(near)[np.argmin(np.abs(place[near]))])
+    return int(about[k]), float(place[k]), float(on_other[k])
 
 
 def _mitred(
