@@ -111,7 +111,12 @@ class Places:
     def __new__(cls, points: NDArray[np.float64], index: NDArray[np.int32], cell: float) -> Self: ...
     def in_box(self, low: tuple[float, float], high: tuple[float, float]) -> NDArray[np.int64]: ...
     def strips(
-        self, segments: NDArray[np.float64], half_width: float, margin: float
+        self,
+        segments: NDArray[np.float64],
+        half_width: float,
+        margin: float,
+        heights: NDArray[np.float64] | None = None,
+        between: tuple[float, float] | None = None,
     ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]: ...
     def trace_lines(
         self,

@@ -34,6 +34,8 @@ LEAF_WIDTH = 1.3
 _SEEN = 0.35
 """Where less than such a share of floor and ceiling shows before a face, it hardly does."""
 
+_LOW = (0.2, 1.9)
+"""Heights of doors, at which a jamb shows, m."""
 _BEHIND = (0.03, 0.65)
 """The two faces of a wall with an opening are so far apart, m."""
 
@@ -202,15 +204,10 @@ def _have_jambs(gaps: list[tuple[Face, Face]], voxels: StoreyVoxels) -> BoolArra
         tips = np.array([before.start, before.end, after.start, after.end])
         near = tips[np.argsort((tips - before.start) @ before.along)[1:3]]
         about += [np.hstack([tip - 0.1 * before.along, tip + 0.1 * before.along]) for tip in near]
-    tip, voxel, _, offset = voxels.strips(np.array(about), 0.08)
-    behind = (offset < -(ON_PLANE + 0.005)) & _is_low(voxels.z[voxel])
+    tip, _, _, offset = voxels.strips(np.array(about), 0.08, between=_LOW)
+    behind = offset < -(ON_PLANE + 0.005)
     jambs: BoolArray = (np.bincount(tip[behind], minlength=len(about)) >= 8).reshape(-1, 2).max(axis=1)
     return jambs
-
-
-def _is_low(z: FloatArray) -> BoolArray:
-    """Which heights above the floor, m, are those of doors, where a jamb shows."""
-    return (z > 0.2) & (z < 1.9)
 
 
 def _without(face: Face, before: Face, after: Face) -> list[Face]:
@@ -240,8 +237,9 @@ def snap_to_jambs(faces: list[Face], voxels: StoreyVoxels, reach: float = 0.2) -
         return faces
     tips = np.array([tip for face in faces for tip in (face.start, face.end)])
     along = np.array([face.along for face in faces for _ in (0, 1)])
-    tip, voxel, place, offset = voxels.strips(np.hstack([tips - reach * along, tips + reach * along]), 0.12)
-    behind = (offset < -(ON_PLANE + 0.005)) & _is_low(voxels.z[voxel])
+    ends = np.hstack([tips - reach * along, tips + reach * along])
+    tip, _, place, offset = voxels.strips(ends, 0.12, between=_LOW)
+    behind = offset < -(ON_PLANE + 0.005)
     tip, place = tip[behind], place[behind] - reach
     moved = tips.copy()
     first = np.searchsorted(tip, np.arange(len(tips) + 1))

@@ -58,9 +58,10 @@ def find_leaves(lines: FloatArray, thickness: FloatArray, sill: FloatArray, voxe
     if len(lines) == 0:
         return []
     # One layer of voxels in three shows a leaf as well.
-    of_line, voxel, along, offset = voxels.strips(lines, _WIDEST + 0.6, _WIDEST + 0.5)
+    heights = (_HEIGHTS[0] - 0.3, _HEIGHTS[1] + 0.5)
+    of_line, voxel, along, offset = voxels.strips(lines, _WIDEST + 0.6, _WIDEST + 0.5, heights)
     z = voxels.z[voxel]
-    level = (z > _HEIGHTS[0] - 0.3) & (z < _HEIGHTS[1] + 0.5) & (np.floor(z / voxels.voxel) % 3 == 0)
+    level = np.floor(z / voxels.voxel) % 3 == 0
     of_line, along, offset, z = of_line[level], along[level], offset[level], z[level]
     first = np.searchsorted(of_line, np.arange(len(lines) + 1))
     found = []

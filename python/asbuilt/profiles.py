@@ -69,16 +69,23 @@ class StoreyVoxels:
         return _core.Places(self.xy, self.index.astype(np.int32, copy=False), self.voxel)
 
     def strips(
-        self, segments: FloatArray, half_width: float, margin: float = 0.0
+        self,
+        segments: FloatArray,
+        half_width: float,
+        margin: float = 0.0,
+        between: tuple[float, float] | None = None,
     ) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-        """The voxels within `half_width` (m) of each segment (n, 4) and at most `margin` (m) beyond its ends.
+        """The voxels within `half_width` (m) of each segment (n, 4) and at most `margin` (m) beyond its ends; those
+        `between` two heights (m) alone, if they are given.
 
         Returns
         -------
         segment, voxel : (h,) indices, in their order.
         along, offset : (h,) m from the segment's start, and to its left.
         """
-        return self._places.strips(np.ascontiguousarray(segments), half_width, margin)
+        return self._places.strips(
+            np.ascontiguousarray(segments), half_width, margin, self.z if between else None, between
+        )
 
     def hits(self, lines: FloatArray, half_width: float, margin: float, step: float, first: IntArray) -> _core.Hits:
         """The voxels of such strips, to be counted by the steps of each line: they are `step` (m) long and begin at the

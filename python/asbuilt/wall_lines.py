@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.grid import FloatArray, IntArray
-from asbuilt.neighbours import near_each
+from asbuilt.grid import BoolArray, FloatArray, IntArray
+from asbuilt.neighbours import near_boxes, of_each
 from asbuilt.params import WallParameters
 from asbuilt.profiles import Columns, StoreyVoxels
 
@@ -43,7 +43,9 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
     order = np.argsort(-strength, kind="stable")
     lines = lines[order]
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    about = near_each(lines, lines, parameters.bridge + parameters.band)
+    pairs = near_boxes(lines, parameters.bridge + parameters.band)
+    about = of_each(len(lines), *pairs)
+    in_line = _in_line(lines, length, *pairs, parameters)
     free = np.ones(len(lines), dtype=np.bool_)
     joined = []
     for i in range(len(lines)):
@@ -54,7 +56,7 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
         normal = np.array([-along[1], along[0]])
         low, high = 0.0, float(length[i])
         others = set(about[i])
-        while True:
+        while in_line[i]:
             other = np.array([j for j in sorted(others) if free[j]], dtype=np.int64)
             relative = lines[other].reshape(-1, 2, 2) - start
             position = np.sort(relative @ along, axis=1)
@@ -72,6 +74,22 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
             low, high = min(low, float(position[same, 0].min())), max(high, float(position[same, 1].max()))
         joined.append(np.concatenate([start + low * along, start + high * along]))
     return np.array(joined).reshape(-1, 4)
+
+
+def _in_line(
+    lines: FloatArray, length: FloatArray, one: IntArray, other: IntArray, parameters: WallParameters
+) -> BoolArray:
+    """Which lines (n,) another one may continue; most stand alone, and need no closer look."""
+    along = (lines[one, 2:] - lines[one, :2]) / length[one, None]
+    relative = lines[other].reshape(-1, 2, 2) - lines[one, None, :2]
+    offset = relative[:, :, 1] * along[:, :1] - relative[:, :, 0] * along[:, 1:]
+    place = (relative * along[:, None]).sum(axis=2)
+    gap = np.maximum(place.min(axis=1) - length[one], -place.max(axis=1))
+    found = np.zeros(len(lines), dtype=np.bool_)
+    # A little more than is asked for in the end, so that rounding leaves none out.
+    near = (one != other) & (np.abs(offset).max(axis=1) < 1.01 * parameters.band) & (gap < 1.01 * parameters.bridge)
+    found[one[near & (np.abs(np.ptp(offset, axis=1)) < 0.031 * length[other])]] = True
+    return found
 
 
 def fit_lines(lines: FloatArray, places: _core.Places, weights: FloatArray, band: float, rounds: int = 3) -> FloatArray:

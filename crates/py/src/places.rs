@@ -38,7 +38,9 @@ impl Places {
     }
 
     /// The points within `half_width` of each segment (n, 4) and at most `margin` beyond its ends: segment index, point
-    /// index, distance along, offset to the left; in order of segment and point.
+    /// index, distance along, offset to the left; in order of segment and point. Of all points' `heights` (m,), those
+    /// `between` two count, if they are given; the ends do not.
+    #[pyo3(signature = (segments, half_width, margin, heights=None, between=None))]
     #[allow(clippy::type_complexity, reason = "arrays in Python")]
     fn strips<'py>(
         &self,
@@ -46,6 +48,8 @@ impl Places {
         segments: PyReadonlyArray2<'py, f64>,
         half_width: f64,
         margin: f64,
+        heights: Option<PyReadonlyArray1<'py, f64>>,
+        between: Option<[f64; 2]>,
     ) -> PyResult<(
         Bound<'py, PyArray1<i64>>,
         Bound<'py, PyArray1<i64>>,
@@ -53,10 +57,19 @@ impl Places {
         Bound<'py, PyArray1<f64>>,
     )> {
         let segments = rows("segments", &segments)?;
+        let heights = heights.as_ref().map(|heights| heights.as_slice()).transpose()?;
+        if heights.is_some_and(|heights| heights.len() != self.inner.points().len()) {
+            return Err(PyValueError::new_err("expected a height for each point"));
+        }
+        let [low, high] = between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let is_out = |point: usize| heights.is_some_and(|heights| !(heights[point] > low && heights[point] < high));
         let mut columns = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         py.detach(|| {
             for (segment, &ends) in segments.iter().enumerate() {
                 self.inner.in_strip(ends, half_width, margin, |point, along, offset| {
+                    if is_out(point) {
+                        return;
+                    }
                     columns.0.push(segment as i64);
                     columns.1.push(point as i64);
                     columns.2.push(along);
