@@ -457,7 +457,7 @@ def room_faces_picture(figure: Figure) -> None:
     """Faces before and after the sides of rooms are drawn, and the end of a wall from near."""
     loose = closed_faces()
     openings = find_openings(loose, elevations(), scores(), voxels(), 0)
-    rooms = find_rooms(loose, openings.doors, elevations(), voxels())
+    rooms = find_rooms(loose, openings.to_floor, elevations(), voxels())
     drawn = draw_room_faces(loose, rooms, openings.doors, openings.windows, elevations(), scores(), voxels())
     new = shapely.difference(segments_of(drawn), shapely.union_all(segments_of(loose)).buffer(0.03))
     added = [shapely.get_coordinates(line) for line in shapely.get_parts(new) if line.length > 0.05]

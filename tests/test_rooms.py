@@ -129,6 +129,19 @@ def test_a_face_that_ends_a_hair_before_another_closes_the_room() -> None:
     )
 
 
+@pytest.mark.parametrize("deep", [0.2, 0.4])
+def test_the_recess_of_a_window_down_to_the_floor_is_none_of_its_room(deep: float) -> None:
+    """Nor are its reveals faces, and the wall's face runs across it."""
+    room = without(box_room(0, 0, 5, 4), (1.5, -0.1, 0.01), (3.0, 0.1, 2.3))
+    reveals = [wall((x, 0), (x, -deep), 0, 2.3) for x in (1.5, 3.0)] + [level(1.5, -deep, 3, 0, z) for z in (0, 2.3)]
+    posts = [wall((x, -deep), (x + 0.08, -deep), 0, 2.3) for x in (1.5, 2.2, 2.92)]
+    rails = [wall((1.5, -deep), (3.0, -deep), z, z + 0.08) for z in (0, 2.22)]
+    found = planned(room, *reveals, *posts, *rails)
+    assert [opening.width for opening in found.windows] == pytest.approx([1.5], abs=0.02)
+    assert [room.area for room in found.rooms] == pytest.approx([20], abs=0.03)
+    assert sorted(face.length for face in found.wall_faces) == pytest.approx([4, 4, 5, 5], abs=0.01)
+
+
 def test_a_shaft_is_a_hole_in_its_room() -> None:
     shaft = [(2.0, 1.5), (2.0, 2.5), (3.2, 2.5), (3.2, 1.5)]
     inside = np.concatenate([box_room(0, 0, 5, 4), walls(shaft)])

@@ -22,8 +22,10 @@ _LEAF, _FREE = 0.08, 0.15
 """A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
 _MEETS = 1.0
 """A face that hardly shows meets another one so near, m."""
-_LEANING = (4.0, np.cos(np.radians(30.0)), 0.025)
-"""What passes through a face so many times as long, at a smaller angle and so far to both sides, m, leans on it."""
+_LEANING = 4.0
+"""What passes through a face so many times as long, aslant, leans on it or goes through openings in it..."""
+_ASLANT = ((np.cos(np.radians(30.0)), 0.025), (np.cos(np.radians(60.0)), 0.25))
+"""...if it reaches so far to both sides, m, at angles with cosines above these."""
 _FROM_END = 0.4
 """Nearer to the longer one's ends it may be a chord of the curve in which that ends, m."""
 _SLIVER = (0.5, 0.06)
@@ -155,16 +157,15 @@ def _is_sliver(face: Face, other: Face) -> bool:
 
 
 def _leans(face: Face, other: Face) -> bool:
-    """Whether a face passes through a much longer one at a small angle, as what leans on a wall does."""
+    """Whether a face passes aslant through a much longer one, as what leans on a wall does."""
     relative = np.array([face.start - other.start, face.end - other.start])
     aside = relative @ other.normal
-    if aside[0] * aside[1] >= 0 or other.length < _LEANING[0] * face.length:
+    if aside[0] * aside[1] >= 0 or other.length < _LEANING * face.length:
         return False
     crossing = float(relative @ other.along @ np.abs(aside[::-1]) / np.abs(aside).sum())
-    return bool(
-        abs(float(face.along @ other.along)) > _LEANING[1]
-        and np.abs(aside).min() > _LEANING[2]
-        and _FROM_END < crossing < other.length - _FROM_END
+    slant, reach = abs(float(face.along @ other.along)), float(np.abs(aside).min())
+    return _FROM_END < crossing < other.length - _FROM_END and any(
+        slant > cosine and reach > least for cosine, least in _ASLANT
     )
 
 

@@ -62,6 +62,11 @@ class Openings:
         """Doors, windows and what is unknown."""
         return (*self.doors, *self.windows, *self.unknown)
 
+    @property
+    def to_floor(self) -> tuple[Opening, ...]:
+        """Those through which the floor goes on: doors, and windows without a sill to step over."""
+        return (*self.doors, *(window for window in self.windows if window.sill is not None and window.sill < SILL))
+
 
 class Measured(TypedDict):
     """What any `Opening` says of itself."""

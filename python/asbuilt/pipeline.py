@@ -128,7 +128,7 @@ def _plan_by_profiles(
     if not faces:
         notes.append(f"faces: no wall found on storey {level.index}; nothing stands there from floor to ceiling")
     openings = find_openings(faces, elevations, scores, voxels, level.index)
-    enclosed = find_rooms(faces, openings.doors, elevations, voxels)
+    enclosed = find_rooms(faces, openings.to_floor, elevations, voxels)
     faces = finish_faces(draw_room_faces(faces, enclosed, openings.doors, openings.windows, elevations, scores, voxels))
     faces = draw_backs(drop_unlikely(faces, enclosed, elevations, voxels), enclosed, elevations)
     wall_faces = trust_faces(measure_faces(faces, voxels, level.index), faces, elevations, voxels)

@@ -129,7 +129,7 @@ def draw_room_faces(
             end = side.end if fixed[1] else side.start + high * side.along
             drawn.append(replace(model, start=start, end=end, fixed=fixed))
     rest = np.flatnonzero(~taken)
-    no_wall = _is_clutter(tips[rest], rooms) | _is_double(tips, sides, near_faces)[rest]
+    no_wall = _is_clutter(tips[rest], rooms) | _is_double(tips, sides, near_faces)[rest] | _is_reveal(tips[rest], panes)
     rest = rest[~no_wall | elevated[rest] | ~straight[rest]]
     beyond = [part for i in np.flatnonzero(taken) for part in _beyond(faces[i], within[i], elevations, scores)]
     return [faces[i] for i in rest] + beyond + drawn
@@ -169,6 +169,17 @@ def _is_double(tips: FloatArray, sides: Sequence[_Side], near_faces: Sequence[In
         near = (np.abs(aside) < _DOUBLE).all(axis=1) & (np.abs(np.ptp(aside, axis=1)) < 0.15 * length)
         double[faces] |= near & (place[:, 1] > place[:, 0]) & (shared > 0.6 * length)
     return double
+
+
+def _is_reveal(tips: FloatArray, windows: FloatArray) -> BoolArray:
+    """Which faces (n, 2, 2) lie across the ends of windows (m, 2, 2), no farther from them than walls are thick."""
+    reveal = np.zeros(len(tips), dtype=np.bool_)
+    for start, end in windows:
+        window = _Side(start, end)
+        place, aside = window.place(tips)
+        from_end = np.minimum(np.abs(place), np.abs(place - window.length))
+        reveal |= ((from_end < _BESIDE) & (np.abs(aside) < _BEHIND)).all(axis=1)
+    return reveal
 
 
 def _sides(room: shapely.Polygon) -> list[_Side]:

@@ -97,11 +97,12 @@ class _Edges:
 
 
 def find_rooms(
-    faces: list[Face], doors: Sequence[Opening], elevations: Elevations, voxels: StoreyVoxels
+    faces: list[Face], openings: Sequence[Opening], elevations: Elevations, voxels: StoreyVoxels
 ) -> list[shapely.Polygon]:
     """Polygons of the rooms that wall faces enclose, m from the storey's origin; largest first.
 
-    `doors`, in the input's frame, part rooms even where nothing shows above them. None where there are no faces.
+    `openings` through which the floor goes on, in the input's frame, part rooms even where nothing shows above them: a
+    window down to the floor parts a room from its recess. None where there are no faces.
     """
     if not faces:
         return []
@@ -126,7 +127,9 @@ def find_rooms(
     between[between] &= indoor[edges.left[between]] & indoor[edges.right[between]]
     open_edges = np.flatnonzero(between)
     width = _width(edges.ends[open_edges], lines[len(segments) :])
-    parted = _parts(edges.ends[open_edges], width, segments, voxels) | _in_doors(edges.ends[open_edges], doors, voxels)
+    parted = _parts(edges.ends[open_edges], width, segments, voxels) | _in_openings(
+        edges.ends[open_edges], openings, voxels
+    )
     open_edges = open_edges[~parted]
     rooms = []
     for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
@@ -425,18 +428,21 @@ def _parts(ends: FloatArray, width: FloatArray, segments: FloatArray, voxels: St
     return (above > _PARTED) & ((width < _DOOR) | (below > _PARTED))
 
 
-def _in_doors(ends: FloatArray, doors: Sequence[Opening], voxels: StoreyVoxels) -> BoolArray:
-    """Which edges (n, 4) close a door on one of the sides of its wall (n,)."""
+def _in_openings(ends: FloatArray, openings: Sequence[Opening], voxels: StoreyVoxels) -> BoolArray:
+    """Which edges (n, 4) close an opening on one of the sides of its wall (n,)."""
     middle = (ends[:, :2] + ends[:, 2:]) / 2
     way = ends[:, 2:] - ends[:, :2]
     way = way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
     within = np.zeros(len(ends), dtype=np.bool_)
-    for door in doors:
-        start, along = door.start - voxels.origin, np.subtract(door.end, door.start) / max(door.length, 1e-9)
+    for opening in openings:
+        start, along = (
+            opening.start - voxels.origin,
+            np.subtract(opening.end, opening.start) / max(opening.length, 1e-9),
+        )
         place = (middle - start) @ along
         aside = (middle - start) @ np.array([-along[1], along[0]])
         parallel = np.abs(way @ along) > 0.98
-        within |= parallel & (place > 0) & (place < door.length) & (np.abs(aside) < _JAMB)
+        within |= parallel & (place > 0) & (place < opening.length) & (np.abs(aside) < _JAMB)
     return within
 
 
