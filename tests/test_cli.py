@@ -234,7 +234,7 @@ def test_ctrl_c_while_the_library_is_loaded_is_one_line():
 import sys
 class Interrupt:
     def find_spec(self, name, path=None, target=None):
-        if name == "typer":
+        if name == "click":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupt())
 from asbuilt_start import main

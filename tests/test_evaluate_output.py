@@ -5,9 +5,8 @@ import json
 import matplotlib.image
 import numpy as np
 import pytest
-import typer
+from click.testing import CliRunner
 from rich.console import Console
-from typer.testing import CliRunner
 
 from asbuilt.cli.evaluate import evaluate_command
 from asbuilt.errors import InputError, OutputError, ParameterError
@@ -17,12 +16,10 @@ from asbuilt.evaluate.table import evaluation_tables
 from asbuilt.plan import FloorPlan
 
 runner = CliRunner()
-command = typer.Typer()
-command.command()(evaluate_command)
 
 
 def run(*arguments):
-    result = runner.invoke(command, [str(argument) for argument in arguments], catch_exceptions=True)
+    result = runner.invoke(evaluate_command, [str(argument) for argument in arguments], catch_exceptions=True)
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return result

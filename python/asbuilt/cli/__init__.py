@@ -23,10 +23,11 @@ import os
 import signal
 import sys
 import warnings
-from typing import Annotated, NoReturn
+from typing import NoReturn
 
-import typer
+import click
 
+import asbuilt
 from asbuilt.cli.evaluate import evaluate_command
 from asbuilt.cli.evidence import evidence_command, merge_command
 from asbuilt.cli.export import export_command
@@ -35,36 +36,19 @@ from asbuilt.cli.label import label_command
 from asbuilt.cli.plan import plan_command
 from asbuilt.errors import AsBuiltError
 
-app = typer.Typer(
-    name="asbuilt",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-app.command("plan", no_args_is_help=True)(plan_command)
-app.command("export", no_args_is_help=True)(export_command)
-app.command("evidence", no_args_is_help=True)(evidence_command)
-app.command("merge", no_args_is_help=True)(merge_command)
-app.command("info", no_args_is_help=True)(info_command)
-app.command("evaluate", no_args_is_help=True)(evaluate_command)
-app.command("label", no_args_is_help=True)(label_command)
+_WIDTH = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        from asbuilt import __version__
+class _InOrder(click.Group):
+    """Lists its commands as they are used, not by their letters."""
 
-        typer.echo(f"asbuilt {__version__}")
-        raise typer.Exit
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
 
 
-@app.callback()
-def _asbuilt(
-    version: Annotated[
-        bool, typer.Option("--version", metavar="", callback=_version, is_eager=True, help="Print the version.")
-    ] = False,
-) -> None:
+@click.group("asbuilt", cls=_InOrder, context_settings=_WIDTH)
+@click.version_option(asbuilt.__version__, message="asbuilt %(version)s", help="Print the version.")
+def _asbuilt() -> None:
     """As-built floor plans from registered laser scans.
 
     asbuilt plan scans/*.e57 -o school.dxf
@@ -79,6 +63,18 @@ def _asbuilt(
     """
 
 
+for _command in (
+    plan_command,
+    export_command,
+    evidence_command,
+    merge_command,
+    info_command,
+    evaluate_command,
+    label_command,
+):
+    _asbuilt.add_command(_command)
+
+
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit code; errors are one line, never a traceback."""
     if hasattr(signal, "SIGPIPE"):
@@ -90,14 +86,21 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         warnings.simplefilter("ignore")
     try:
         try:
-            typer.main.get_command(app)(arguments, prog_name="asbuilt")
+            with _asbuilt.make_context("asbuilt", sys.argv[1:] if arguments is None else arguments) as context:
+                _asbuilt.invoke(context)
         finally:
             sys.stdout.flush()  # here, where a full disk can be told
         code = 0
-    except SystemExit as leaving:
-        code = leaving.code if isinstance(leaving.code, int) else 0
+    except click.exceptions.Exit as leaving:
+        code = leaving.exit_code
+    except click.exceptions.NoArgsIsHelpError as error:
+        print(error.format_message())
+        code = 2
+    except click.UsageError as error:
+        told = error.ctx.command_path if error.ctx else "asbuilt"
+        code = _fail(2, f"{error.format_message()} ({told} -h tells how)")
     except KeyboardInterrupt:
-        code = 130
+        code = _fail(130, "interrupted")
     except AsBuiltError as error:
         code = _fail(2, str(error))
     except MemoryError:
@@ -110,8 +113,6 @@ def main(arguments: list[str] | None = None) -> NoReturn:
             sys.exit(_fail(2, "standard output: no space left on the disk"))
         where = f"{type(error).__name__}: {error}"
         code = _fail(70, f"this is a bug of asbuilt, please report it: {where} (ASBUILT_TRACEBACK=1 shows where)")
-    if code == 130:
-        _fail(130, "interrupted")
     sys.exit(code)
 
 

@@ -4,60 +4,57 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
+
+from asbuilt.cli.options import PATH, Command, argument, flag, option
 
 
+@click.command("evaluate", cls=Command, no_args_is_help=True)
+@argument("plan", "PLAN", "What to score: .geojson, .dxf, .ifc, truth.json, or the Scan-to-BIM challenge's .json.")
+@argument("truth", "TRUTH", "What to score it against, in any of these.")
+@option("--json", "json_output", metavar="OUT", type=PATH, help="Write all measures as JSON.")
+@option(
+    "--figure", metavar="OUT", type=PATH,
+    help="Draw what was found and what is false; the suffix chooses the format: .png .svg .pdf.",
+)  # fmt: skip
+@option(
+    "--figure-truth", metavar="observed|all", default="observed", show_default=True,
+    help="The truth that counts in the figure.",
+)  # fmt: skip
+@option(
+    "--layer", metavar="PATTERN", default="*WALL*", show_default=True,
+    help="Layers of a DXF whose line work is walls; * and ? match anything.",
+)  # fmt: skip
+@option(
+    "--cut-height", metavar="METRES", type=float, default=0.5, show_default=True,
+    help="Height above the floor at which an IFC's walls are cut.",
+)  # fmt: skip
+@option(
+    "--storey", metavar="N", type=int, multiple=True,
+    help="Score this storey of the truth only; 0 is the lowest. May be given several times.",
+)  # fmt: skip
+@option(
+    "--max-distance", metavar="METRES", type=float, default=0.25, show_default=True,
+    help="A detection farther than this from any true wall is false.",
+)  # fmt: skip
+@flag("--no-distance-limit", text="As the paper's text, which states no limit.")
+@option(
+    "--max-angle", metavar="DEGREES", type=float, default=36.0, show_default=True,
+    help="Orientation threshold of the association (5.4).",
+)  # fmt: skip
 def evaluate_command(
-    plan: Annotated[
-        Path,
-        typer.Argument(
-            metavar="PLAN",
-            help="What to score: .geojson, .dxf, .ifc, truth.json, or the Scan-to-BIM challenge's .json.",
-            show_default=False,
-        ),
-    ],
-    truth: Annotated[
-        Path, typer.Argument(metavar="TRUTH", help="What to score it against, in any of these.", show_default=False)
-    ],
-    json_output: Annotated[
-        Path | None, typer.Option("--json", metavar="OUT", help="Write all measures as JSON.", show_default=False)
-    ] = None,
-    figure: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="OUT",
-            help="Draw what was found and what is false; the suffix chooses the format: .png .svg .pdf.",
-            show_default=False,
-        ),
-    ] = None,
-    figure_truth: Annotated[
-        str, typer.Option(metavar="observed|all", help="The truth that counts in the figure.")
-    ] = "observed",
-    layer: Annotated[
-        str, typer.Option(metavar="PATTERN", help="Layers of a DXF whose line work is walls; * and ? match anything.")
-    ] = "*WALL*",
-    cut_height: Annotated[
-        float, typer.Option(metavar="METRES", help="Height above the floor at which an IFC's walls are cut.")
-    ] = 0.5,
-    storey: Annotated[
-        list[int] | None,
-        typer.Option(
-            metavar="N",
-            help="Score this storey of the truth only; 0 is the lowest. May be given several times.",
-            show_default=False,
-        ),
-    ] = None,
-    max_distance: Annotated[
-        float, typer.Option(metavar="METRES", help="A detection farther than this from any true wall is false.")
-    ] = 0.25,
-    no_distance_limit: Annotated[
-        bool, typer.Option("--no-distance-limit", metavar="", help="As the paper's text, which states no limit.")
-    ] = False,
-    max_angle: Annotated[
-        float, typer.Option(metavar="DEGREES", help="Orientation threshold of the association (5.4).")
-    ] = 36.0,
+    plan: Path,
+    truth: Path,
+    json_output: Path | None,
+    figure: Path | None,
+    figure_truth: str,
+    layer: str,
+    cut_height: float,
+    storey: tuple[int, ...],
+    max_distance: float,
+    no_distance_limit: bool,
+    max_angle: float,
 ) -> None:
     """Score a plan against a truth by the measures of the paper's section 4.
 
@@ -95,7 +92,7 @@ def evaluate_command(
     from asbuilt.export.atomic import replacing
 
     mine, other = (read_drawing(path, layer=layer, cut_height=cut_height) for path in (plan, truth))
-    result = evaluate(mine, other, None if no_distance_limit else max_distance, max_angle, storey)
+    result = evaluate(mine, other, None if no_distance_limit else max_distance, max_angle, list(storey) or None)
     if json_output is not None:
         with replacing(json_output) as temporary:
             temporary.write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")

@@ -4,52 +4,61 @@ from __future__ import annotations
 
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-import typer
+import click
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, open_cloud, progress_bar, say
+from asbuilt.cli.options import (
+    PATH,
+    Command,
+    argument,
+    flag,
+    inputs,
+    open_cloud,
+    option,
+    progress_bar,
+    say,
+    skip_bad,
+    threads,
+    unit,
+    up,
+)
 from asbuilt.errors import OutputError
 from asbuilt.export.atomic import check_place
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
 
-Output = Annotated[
-    Path, typer.Option("--output", "-o", metavar="OUT.evidence", help="Evidence file to write.", show_default=False)
-]
+_output = option("-o", "--output", metavar="OUT.evidence", type=PATH, required=True, help="Evidence file to write.")
 
 
+@click.command("evidence", cls=Command, no_args_is_help=True)
+@inputs
+@_output
+@option(
+    "--add-to", metavar="OLD.evidence", type=PATH, multiple=True,
+    help="Add the inputs to this evidence; its scans are not read.",
+)  # fmt: skip
+@option("--voxel", metavar="METRES", type=float, help="Side of a voxel. [default: 0.05, or that of OLD]")
+@flag("--occupancy", text="Keep only which voxels hold points; enough for --preset paper.")
+@flag("--preview", text="Of COPC read only points down to half a voxel's spacing.")
+@option("--dask", metavar="tcp://HOST:8786", help="Let the workers of this dask scheduler read.")
+@unit
+@up
+@skip_bad
+@threads
 def evidence_command(
-    inputs: Inputs,
-    output: Output,
-    add_to: Annotated[
-        list[Path] | None,
-        typer.Option(
-            metavar="OLD.evidence", help="Add the inputs to this evidence; its scans are not read.", show_default=False
-        ),
-    ] = None,
-    voxel: Annotated[
-        float | None,
-        typer.Option(metavar="METRES", help="Side of a voxel. \\[default: 0.05, or that of OLD]", show_default=False),
-    ] = None,
-    occupancy: Annotated[
-        bool,
-        typer.Option("--occupancy", metavar="", help="Keep only which voxels hold points; enough for --preset paper."),
-    ] = False,
-    preview: Annotated[
-        bool, typer.Option("--preview", metavar="", help="Of COPC read only points down to half a voxel's spacing.")
-    ] = False,
-    dask: Annotated[
-        str | None,
-        typer.Option(
-            metavar="tcp://HOST:8786", help="Let the workers of this dask scheduler read.", show_default=False
-        ),
-    ] = None,
-    unit: Unit = "m",
-    up: Up = "z",
-    skip_bad: SkipBad = False,
-    threads: Threads = None,
+    inputs: tuple[Path, ...],
+    output: Path,
+    add_to: tuple[Path, ...],
+    voxel: float | None,
+    occupancy: bool,
+    preview: bool,
+    dask: str | None,
+    unit: str,
+    up: str,
+    skip_bad: bool,
+    threads: int | None,
 ) -> None:
     """Sum up registered laser scans in an evidence file, from which plans are made without reading a point again.
 
@@ -79,7 +88,7 @@ def evidence_command(
     parameters = EvidenceParameters(occupancy=occupancy, preview=preview)
     if voxel is not None:
         parameters = EvidenceParameters(voxel, occupancy, preview)
-    cloud = open_cloud([*inputs, *(add_to or ())], unit, up, skip_bad)
+    cloud = open_cloud([*inputs, *add_to], unit, up, skip_bad)
     parts = output.with_name(f"{output.name}.parts")
     with progress_bar("reading") as progress:
         if dask is not None:
@@ -99,13 +108,13 @@ def evidence_command(
     for error in evidence.errors:
         say(f"asbuilt: left out: {error}")
     if evidence.errors:
-        raise typer.Exit(3)
+        raise click.exceptions.Exit(3)
 
 
-def merge_command(
-    inputs: Annotated[list[Path], typer.Argument(metavar="EVIDENCE", help="Evidence files.", show_default=False)],
-    output: Output,
-) -> None:
+@click.command("merge", cls=Command, no_args_is_help=True)
+@argument("inputs", "EVIDENCE...", "Evidence files.", nargs=-1)
+@_output
+def merge_command(inputs: tuple[Path, ...], output: Path) -> None:
     """Put evidence files together: the same bytes as if all their scans had been read at once.
 
     Two days, or two halves of a campus:

@@ -3,33 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Any
 
-import typer
+import click
 
-from asbuilt.cli.options import say
-from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, check_outputs, write_outputs
+from asbuilt.cli.options import PATH, Command, argument, option, say
+from asbuilt.cli.outputs import check_outputs, drawing, outputs, write_outputs
 
 
-def export_command(
-    plan: Annotated[
-        Path, typer.Argument(metavar="PLAN", help="A .geojson that asbuilt plan wrote.", show_default=False)
-    ],
-    output: Outputs,
-    evidence: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="What the plan was made from, saved by asbuilt evidence, for outputs that show the points.",
-            show_default=False,
-        ),
-    ] = None,
-    scale: Scale = None,
-    sheet: SheetName = None,
-    north: North = None,
-    date: Date = None,
-    title: Title = None,
-) -> None:
+@click.command("export", cls=Command, no_args_is_help=True)
+@argument("plan", "PLAN", "A .geojson that asbuilt plan wrote.")
+@outputs
+@option(
+    "--evidence", metavar="FILE", type=PATH,
+    help="What the plan was made from, saved by asbuilt evidence, for outputs that show the points.",
+)  # fmt: skip
+@drawing
+def export_command(plan: Path, output: tuple[Path, ...], evidence: Path | None, **drawn: Any) -> None:
     """Write a saved plan in other formats, without reading the scans again.
 
     A drawing to scale, a page a storey:
@@ -48,7 +38,7 @@ def export_command(
     from asbuilt.export import shows_points
     from asbuilt.plan import load_plan
 
-    options = check_outputs(output, scale=scale, sheet=sheet, north=north, date=date, title=title)
+    options = check_outputs(output, **drawn)
     loaded = load_plan(plan)
     points = None if evidence is None else Evidence.load(evidence)
     for path in write_outputs(loaded, output, points, options):

@@ -4,11 +4,23 @@ from __future__ import annotations
 
 import re
 import shutil
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, Up, open_cloud, progress_bar, say
+from asbuilt.cli.options import (
+    Command,
+    flag,
+    inputs,
+    open_cloud,
+    progress_bar,
+    say,
+    skip_bad,
+    threads,
+    unit,
+    up,
+)
 
 if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
@@ -18,19 +30,16 @@ _LISTED = 12
 """Scans listed unless all are asked for."""
 
 
+@click.command("info", cls=Command, no_args_is_help=True)
+@inputs
+@flag("--headers", text="Only what the headers say; points are not read, no histogram.")
+@flag("--all", "every", text=f"List all scans, not only the first {_LISTED}.")
+@unit
+@up
+@skip_bad
+@threads
 def info_command(
-    inputs: Inputs,
-    headers: Annotated[
-        bool,
-        typer.Option("--headers", metavar="", help="Only what the headers say; points are not read, no histogram."),
-    ] = False,
-    every: Annotated[
-        bool, typer.Option("--all", metavar="", help=f"List all scans, not only the first {_LISTED}.")
-    ] = False,
-    unit: Unit = "m",
-    up: Up = "z",
-    skip_bad: SkipBad = False,
-    threads: Threads = None,
+    inputs: tuple[Path, ...], headers: bool, every: bool, unit: str, up: str, skip_bad: bool, threads: int | None
 ) -> None:
     """Print formats, point counts, bounds, scans and poses, and draw the height histogram with the storeys in it.
 
@@ -67,7 +76,7 @@ def info_command(
     for error in errors:
         say(f"asbuilt: left out: {error}")
     if errors:
-        raise typer.Exit(3)
+        raise click.exceptions.Exit(3)
 
 
 def _print_files(cloud: PointCloud) -> None:

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
-from asbuilt.cli.options import Scans, SkipBad, Unit, Up, open_cloud, progress_bar, say
+from asbuilt.cli.options import PATH, Command, open_cloud, option, progress_bar, say, scans, skip_bad, unit, up
 
 
+@click.command("label", cls=Command, no_args_is_help=True)
+@scans
+@option("-p", "--plan", metavar="PLAN", type=PATH, required=True, help="The plan.geojson made from them.")
+@option("-o", "--output", metavar="OUT", type=PATH, required=True, help="File to write: .laz .las .e57.")
+@option(
+    "--tolerance", metavar="METRES", type=float, default=0.05, show_default=True,
+    help="A point this near to a surface of the plan is on it.",
+)  # fmt: skip
+@unit
+@up
+@skip_bad
 def label_command(
-    inputs: Scans,
-    plan: Annotated[
-        Path,
-        typer.Option("--plan", "-p", metavar="PLAN", help="The plan.geojson made from them.", show_default=False),
-    ],
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", metavar="OUT", help="File to write: .laz .las .e57.", show_default=False),
-    ],
-    tolerance: Annotated[
-        float, typer.Option(metavar="METRES", help="A point this near to a surface of the plan is on it.")
-    ] = 0.05,
-    unit: Unit = "m",
-    up: Up = "z",
-    skip_bad: SkipBad = False,
+    inputs: tuple[Path, ...], plan: Path, output: Path, tolerance: float, unit: str, up: str, skip_bad: bool
 ) -> None:
     """Give every point a class by the plan: wall, floor, ceiling, door, window, column, stair, clutter or outside.
 
@@ -64,4 +60,4 @@ def label_command(
     for error in errors:
         say(f"asbuilt: left out: {error}")
     if errors:
-        raise typer.Exit(3)
+        raise click.exceptions.Exit(3)

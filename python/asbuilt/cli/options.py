@@ -6,41 +6,76 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
 if TYPE_CHECKING:
     from asbuilt.read import PointCloud
 
 _SCANS = "Files, folders and glob patterns: LAS, LAZ, COPC, E57, PLY, PTS, PTX, PCD, XYZ, TXT, CSV"
 
-Scans = Annotated[list[Path], typer.Argument(metavar="INPUT", help=f"{_SCANS}.", show_default=False)]
-Inputs = Annotated[
-    list[Path],
-    typer.Argument(
-        metavar="INPUT", help=f"{_SCANS}; and evidence files, which asbuilt evidence makes of them.", show_default=False
-    ),
-]
-Unit = Annotated[
-    str, typer.Option(metavar="m|dm|cm|mm|ft|us-ft|in", help="Unit of the coordinates.", rich_help_panel="Reading")
-]
-Up = Annotated[str, typer.Option(metavar="z|y|x|-z|-y|-x", help="Axis that points up.", rich_help_panel="Reading")]
-SkipBad = Annotated[
-    bool,
-    typer.Option(
-        "--skip-bad", metavar="", help="Leave bad files out, list them at the end, exit 3.", rich_help_panel="Reading"
-    ),
-]
-Threads = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        help="Threads to read with. The result is the same for any number. \\[default: all cores]",
-        show_default=False,
-        rich_help_panel="Reading",
-    ),
-]
+PATH = click.Path(path_type=Path)
+
+
+class Option(click.Option):
+    """An option that the help shows under a heading."""
+
+    def __init__(self, *arguments: Any, heading: str = "Options", **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.heading = heading
+
+
+class Command(click.Command):
+    """A command whose help tells its options under their headings."""
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write them, each heading where its first option stands."""
+        headings: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            told = None if isinstance(parameter, click.Argument) else parameter.get_help_record(ctx)
+            if told is not None:
+                headings.setdefault(getattr(parameter, "heading", "Options"), []).append(told)
+        for heading, options in headings.items():
+            with formatter.section(heading):
+                formatter.write_dl(options)
+
+    def get_short_help_str(self, limit: int = 45) -> str:
+        """What the list of commands says of it: the first sentence, whole."""
+        return super().get_short_help_str(1000)
+
+
+def option(*names: str, heading: str = "Options", **options: Any) -> Callable[[Any], Any]:
+    """An option of a command."""
+    return click.option(*names, cls=Option, heading=heading, **options)
+
+
+def flag(name: str, *names: str, text: str, heading: str = "Options") -> Callable[[Any], Any]:
+    """An option that takes no value."""
+    return option(name, *names, is_flag=True, help=text, heading=heading)
+
+
+def argument(name: str, metavar: str, text: str, nargs: int = 1) -> Callable[[Any], Any]:
+    """One path that must be given, or (`nargs` -1) one or more."""
+    return click.argument(name, metavar=metavar, type=PATH, nargs=nargs, required=True, help=text)
+
+
+scans = argument("inputs", "INPUT...", f"{_SCANS}.", nargs=-1)
+inputs = argument(
+    "inputs", "INPUT...", f"{_SCANS}; and evidence files, which asbuilt evidence makes of them.", nargs=-1
+)
+unit = option(
+    "--unit", metavar="m|dm|cm|mm|ft|us-ft|in", default="m", show_default=True, heading="Reading",
+    help="Unit of the coordinates.",
+)  # fmt: skip
+up = option(
+    "--up", metavar="z|y|x|-z|-y|-x", default="z", show_default=True, heading="Reading", help="Axis that points up.",
+)  # fmt: skip
+skip_bad = flag("--skip-bad", text="Leave bad files out, list them at the end, exit 3.", heading="Reading")
+threads = option(
+    "--threads", metavar="N", type=click.IntRange(min=1), heading="Reading",
+    help="Threads to read with. The result is the same for any number. [default: all cores]",
+)  # fmt: skip
 
 
 def open_cloud(inputs: Sequence[Path], unit: str, up: str, skip_bad: bool) -> PointCloud:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
+from asbuilt.cli.options import PATH, option
 from asbuilt.errors import AsBuiltError
 from asbuilt.export import check_output, drawn_to_scale, export, known_suffixes
 from asbuilt.export.sheet import SheetOptions
@@ -16,52 +15,39 @@ if TYPE_CHECKING:
     from asbuilt.evidence import Evidence
     from asbuilt.plan import FloorPlan
 
-_PANEL = "Drawings to scale (.dxf .svg .pdf)"
+_TO_SCALE = "Drawings to scale (.dxf .svg .pdf)"
 
-Outputs = Annotated[
-    list[Path],
-    typer.Option(
-        "--output",
-        "-o",
-        metavar="OUT",
-        help=f"File to write; its suffix chooses the format: {' '.join(known_suffixes())}. May be given several times.",
-        show_default=False,
-    ),
-]
-Scale = Annotated[
-    str | None,
-    typer.Option(
-        metavar="1:N", help="Scale. \\[default: 1:100, or what fits]", show_default=False, rich_help_panel=_PANEL
-    ),
-]
-SheetName = Annotated[
-    str | None,
-    typer.Option(
-        "--sheet",
-        metavar="A0..A4|WxH",
-        help='Sheet of paper: A3, "A3 portrait", LETTER, TABLOID, ARCH-C to ARCH-E, or 594x420 in mm. '
-        "\\[default: the smallest of A4 to A0 that fits; of .svg: as large as the drawing]",
-        show_default=False,
-        rich_help_panel=_PANEL,
-    ),
-]
-North = Annotated[
-    float | None,
-    typer.Option(
-        metavar="DEGREES",
-        help="North of the plan, clockwise from the input's y axis. \\[default: the y axis is shown instead]",
-        show_default=False,
-        rich_help_panel=_PANEL,
-    ),
-]
-Date = Annotated[
-    str | None,
-    typer.Option(metavar="TEXT", help="Date in the title block.", show_default=False, rich_help_panel=_PANEL),
-]
-Title = Annotated[
-    str | None,
-    typer.Option(metavar="TEXT", help="Project in the title block.", show_default=False, rich_help_panel=_PANEL),
-]
+outputs = option(
+    "-o", "--output", metavar="OUT", type=PATH, multiple=True, required=True,
+    help=f"File to write; its suffix chooses the format: {' '.join(known_suffixes())}. May be given several times.",
+)  # fmt: skip
+
+
+def drawing(command: Any) -> Any:
+    """Options of drawings to scale: `scale`, `sheet`, `north`, `date` and `title`."""
+    for add in reversed(
+        (
+            option("--scale", metavar="1:N", heading=_TO_SCALE, help="Scale. [default: 1:100, or what fits]"),
+            option(
+                "--sheet",
+                metavar="A0..A4|WxH",
+                heading=_TO_SCALE,
+                help='Sheet of paper: A3, "A3 portrait", LETTER, TABLOID, ARCH-C to ARCH-E, or 594x420 in mm. '
+                "[default: the smallest of A4 to A0 that fits; of .svg: as large as the drawing]",
+            ),
+            option(
+                "--north",
+                metavar="DEGREES",
+                type=float,
+                heading=_TO_SCALE,
+                help="North of the plan, clockwise from the input's y axis. [default: the y axis is shown instead]",
+            ),
+            option("--date", metavar="TEXT", heading=_TO_SCALE, help="Date in the title block."),
+            option("--title", metavar="TEXT", heading=_TO_SCALE, help="Project in the title block."),
+        )
+    ):
+        command = add(command)
+    return command
 
 
 def check_outputs(outputs: Sequence[Path], **options: Any) -> dict[str, Any]:

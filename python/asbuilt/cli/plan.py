@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
-from asbuilt.cli.options import Inputs, SkipBad, Threads, Unit, open_cloud, progress_bar, say
-from asbuilt.cli.outputs import Date, North, Outputs, Scale, SheetName, Title, check_outputs, write_outputs
+from asbuilt.cli.options import Command, inputs, open_cloud, option, progress_bar, say, skip_bad, threads, unit
+from asbuilt.cli.outputs import check_outputs, drawing, outputs, write_outputs
 from asbuilt.errors import ParameterError
 
 if TYPE_CHECKING:
@@ -19,67 +20,75 @@ if TYPE_CHECKING:
     from asbuilt.plan import FloorPlan
 
 
-def _method(metavar: str, text: str, *names: str) -> Any:
-    """An option of the method: without it the preset's value holds, so it shows no default of its own."""
-    panel = "Parameters of the method, by the paper's section (default: the preset's)"
-    return typer.Option(*names, metavar=metavar, help=text, show_default=False, rich_help_panel=panel)
+def _method(metavar: str, text: str, *names: str, kind: Any = str, **options: Any) -> Callable[[Any], Any]:
+    """An option of the method: without it the preset's value holds, so it has no default of its own."""
+    heading = "Parameters of the method, by the paper's section (default: the preset's)"
+    return option(*names, metavar=metavar, type=kind, help=text, heading=heading, **options)
 
 
+@click.command("plan", cls=Command, no_args_is_help=True)
+@inputs
+@outputs
+@option(
+    "--preset", metavar="default|paper", default="default", show_default=True,
+    help="All parameters at once; paper is the paper's best setting.",
+)  # fmt: skip
+@option("--storey", metavar="N", type=int, help="This storey only; 0 is the lowest.")
+@unit
+@option(
+    "--up", metavar="z|y|x|-z|-y|-x", heading="Reading",
+    help="Axis that points up. [default: z; a building that then lies on its side is refused]",
+)  # fmt: skip
+@option(
+    "--crs", metavar="EPSG:n|WKT", heading="Reading",
+    help="Coordinate reference system of the input; else what its headers say.",
+)  # fmt: skip
+@skip_bad
+@threads
+@drawing
+@_method("METRES", "Side of an evidence voxel (3.1).", "--voxel", kind=float)
+@_method("K", "Keep cells above mean + k sigma (3.3).", "-k", "--sigmas", kind=float)
+@_method("incremental|batch", "Lines one at a time or all at once (5.2).", "--hough")
+@_method("METRES", "Bridge gaps in a line up to this (3.3).", "--fill-gap", kind=float)
+@_method("METRES", "Drop shorter segments (3.3).", "--min-length", kind=float)
+@_method("N", "Stop after this many lines (3.3).", "--max-lines", kind=int)
+@_method(
+    "DEGREES", "Turn segments this close to a dominant orientation to it; 0: none (3.4).", "--snap-deg", kind=float
+)
+@_method("all|band|lowest", "Heights that count: all, a band, or the slices that hold least (5.3).", "--cross-sections")
+@_method("N", "How many slices that hold least (5.3).", "--slices", kind=int)
+@_method("LOW HIGH", "The band, metres above the floor (5.3).", "--band", kind=(float, float))
+@_method(
+    "METRES", "Draw a wall of which one side was seen this thick (not in the paper).", "--unseen-thickness", kind=float
+)
+@_method("STAGE.NAME=VALUE", "Any other parameter, such as lines.rho_step=0.5.", "--set", "settings", multiple=True)
 def plan_command(
-    inputs: Inputs,
-    output: Outputs,
-    preset: Annotated[
-        str, typer.Option(metavar="default|paper", help="All parameters at once; paper is the paper's best setting.")
-    ] = "default",
-    storey: Annotated[
-        int | None, typer.Option(metavar="N", help="This storey only; 0 is the lowest.", show_default=False)
-    ] = None,
-    unit: Unit = "m",
-    up: Annotated[
-        str | None,
-        typer.Option(
-            metavar="z|y|x|-z|-y|-x",
-            help="Axis that points up. \\[default: z; a building that then lies on its side is refused]",
-            show_default=False,
-            rich_help_panel="Reading",
-        ),
-    ] = None,
-    crs: Annotated[
-        str | None,
-        typer.Option(
-            metavar="EPSG:n|WKT",
-            help="Coordinate reference system of the input; else what its headers say.",
-            show_default=False,
-            rich_help_panel="Reading",
-        ),
-    ] = None,
-    skip_bad: SkipBad = False,
-    threads: Threads = None,
-    scale: Scale = None,
-    sheet: SheetName = None,
-    north: North = None,
-    date: Date = None,
-    title: Title = None,
-    voxel: Annotated[float | None, _method("METRES", "Side of an evidence voxel (3.1).")] = None,
-    sigmas: Annotated[float | None, _method("K", "Keep cells above mean + k sigma (3.3).", "--sigmas", "-k")] = None,
-    hough: Annotated[str | None, _method("incremental|batch", "Lines one at a time or all at once (5.2).")] = None,
-    fill_gap: Annotated[float | None, _method("METRES", "Bridge gaps in a line up to this (3.3).")] = None,
-    min_length: Annotated[float | None, _method("METRES", "Drop shorter segments (3.3).")] = None,
-    max_lines: Annotated[int | None, _method("N", "Stop after this many lines (3.3).")] = None,
-    snap_deg: Annotated[
-        float | None, _method("DEGREES", "Turn segments this close to a dominant orientation to it; 0: none (3.4).")
-    ] = None,
-    cross_sections: Annotated[
-        str | None, _method("all|band|lowest", "Heights that count: all, a band, or the slices that hold least (5.3).")
-    ] = None,
-    slices: Annotated[int | None, _method("N", "How many slices that hold least (5.3).")] = None,
-    band: Annotated[tuple[float, float] | None, _method("LOW HIGH", "The band, metres above the floor (5.3).")] = None,
-    unseen_thickness: Annotated[
-        float | None, _method("METRES", "Draw a wall of which one side was seen this thick (not in the paper).")
-    ] = None,
-    settings: Annotated[
-        list[str] | None, _method("STAGE.NAME=VALUE", "Any other parameter, such as lines.rho_step=0.5.", "--set")
-    ] = None,
+    inputs: tuple[Path, ...],
+    output: tuple[Path, ...],
+    preset: str,
+    storey: int | None,
+    unit: str,
+    up: str | None,
+    crs: str | None,
+    skip_bad: bool,
+    threads: int | None,
+    scale: str | None,
+    sheet: str | None,
+    north: float | None,
+    date: str | None,
+    title: str | None,
+    voxel: float | None,
+    sigmas: float | None,
+    hough: str | None,
+    fill_gap: float | None,
+    min_length: float | None,
+    max_lines: int | None,
+    snap_deg: float | None,
+    cross_sections: str | None,
+    slices: int | None,
+    band: tuple[float, float] | None,
+    unseen_thickness: float | None,
+    settings: tuple[str, ...],
 ) -> None:
     """Draw the floor plan of registered laser scans.
 
@@ -127,7 +136,7 @@ def plan_command(
         "orientation": {"snap": None if snap_deg is None else math.radians(snap_deg)},
         "walls": {"unseen_thickness": unseen_thickness},
     }
-    for setting in settings or ():
+    for setting in settings:
         stage, name, value = _split_setting(setting)
         changes.setdefault(stage, {})[name] = value
     parameters = _parameters(preset, changes)
@@ -154,9 +163,9 @@ def plan_command(
         say(f"asbuilt: left out: {error}")
     if not plan.wall_faces:
         say("asbuilt: nothing found: the plan has no walls")
-        raise typer.Exit(1)
+        raise click.exceptions.Exit(1)
     if evidence.errors:
-        raise typer.Exit(3)
+        raise click.exceptions.Exit(3)
 
 
 def _parameters(preset: str, changes: dict[str, dict[str, Any]]) -> Parameters:
