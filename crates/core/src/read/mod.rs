@@ -2,6 +2,7 @@
 //! points later, in parts that threads may decode side by side. A cloud is never held in memory.
 
 mod copc;
+mod decimals;
 mod e57;
 mod input;
 mod las;

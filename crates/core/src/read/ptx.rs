@@ -85,7 +85,8 @@ impl Source for Ptx {
                 collector.skipped.invalid += 1;
                 return Ok(());
             }
-            collector.push([0, 1, 2].map(|i| x * a[i] + y * b[i] + z * c[i] + t[i]))
+            let along = |i: usize| x * a[i] + y * b[i] + z * c[i] + t[i];
+            collector.push([along(0), along(1), along(2)])
         };
         let columns = Columns::new([0, 1, 2], None, false);
         let lines = Lines::new(&self.input, range);
