@@ -327,9 +327,7 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
 
 def on_faces(faces: Sequence[Face], voxels: StoreyVoxels) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
     """The standing voxels on the planes of faces, face after face: face, voxel, distance along and to the left, m."""
-    face_of, voxel, along, offset = voxels.strips(segments_of(faces), ON_PLANE, 0.0)
-    standing = (voxels.z[voxel] > 0.15) & (voxels.z[voxel] < voxels.height - 0.1)
-    return face_of[standing], voxel[standing], along[standing], offset[standing]
+    return voxels.strips(segments_of(faces), ON_PLANE, between=(0.15, voxels.height - 0.1))
 
 
 def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple[WallFace, ...]:
