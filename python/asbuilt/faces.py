@@ -346,7 +346,9 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
     step = 2 * voxels.voxel
     at = (along / step).astype(np.int64)
     span = int(at.max(initial=0)) + 1
-    seen = np.bincount(np.unique(face_of * span + at) // span, minlength=len(faces))
+    filled = np.zeros((len(faces), span), dtype=np.bool_)
+    filled[face_of, at] = True
+    seen = np.count_nonzero(filled, axis=1)
     plan = []
     for i, face in enumerate(faces):
         if not face.seen:

@@ -20,6 +20,7 @@ from asbuilt import _core
 from asbuilt.errors import InputError
 from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
+from asbuilt.indices import unique_rows
 from asbuilt.plan import Storey
 from asbuilt.read import UNITS
 
@@ -161,7 +162,7 @@ def _largest_pair(cells: IntArray, axis: int, cell: float, every: int) -> _Pair:
     span, wide = int(along.max()) + 1, int(b.max()) + 1
     if float(a.max() + 1) * wide * span > 2**62:
         return nothing  # strays a world apart
-    keys = np.unique((a * wide + b) * span + along)
+    keys = unique_rows(((a * wide + b) * span + along)[:, None])[:, 0]
     gap, start = np.diff(keys), keys[:-1]
     low, high = (round(free / cell) for free in _FREE)
     free = (gap >= low) & (gap <= high) & (start // span == keys[1:] // span)
