@@ -157,7 +157,8 @@ def some_face(x1: float, y1: float, x2: float, y2: float, score: float) -> Face:
         ((3, 0.5, 1, 0.5), True),  # the other side of a closet
         ((1, -0.15, 1.9, 0.25), False),  # what leans on it and passes through
         ((1, 0.0, 1.9, 0.4), True),  # another wall, which begins on it
-        ((1, -0.4, 1.6, 0.4), False),  # what is seen through openings in it
+        ((1, -0.4, 1.5, 0.35), False),  # what is seen through openings in it
+        ((1, -0.04, 2.9, 0.04), False),  # a chord from the end of a wall to the beginning of the next
         ((1, -0.2, 1.6, 0.4), True),  # a wall that meets it, drawn too far
         ((1, -0.4, 1.4, 0.4), True),
     ],

@@ -22,10 +22,13 @@ _LEAF, _FREE = 0.08, 0.15
 """A leaf is thinner than the first, and nothing stands within the second of its free end, m."""
 _MEETS = 1.0
 """A face that hardly shows meets another one so near, m."""
-_LEANING = 4.0
-"""What passes through a face so many times as long, aslant, leans on it or goes through openings in it..."""
-_ASLANT = ((np.cos(np.radians(30.0)), 0.025), (np.cos(np.radians(60.0)), 0.25))
-"""...if it reaches so far to both sides, m, at angles with cosines above these."""
+_ASLANT = (
+    (np.cos(np.radians(5.0)), 2.0, 0.025),
+    (np.cos(np.radians(30.0)), 4.0, 0.025),
+    (np.cos(np.radians(60.0)), 4.0, 0.25),
+)
+"""What passes through a face at an angle with a cosine above the first leans on it or goes through openings in it, if
+that is so many times as long, and it reaches so far to both sides, m."""
 _FROM_END = 0.4
 """Nearer to the longer one's ends it may be a chord of the curve in which that ends, m."""
 _SLIVER = (0.5, 0.06)
@@ -157,15 +160,15 @@ def _is_sliver(face: Face, other: Face) -> bool:
 
 
 def _leans(face: Face, other: Face) -> bool:
-    """Whether a face passes aslant through a much longer one, as what leans on a wall does."""
+    """Whether a face passes aslant through a longer one, as what leans on a wall does."""
     relative = np.array([face.start - other.start, face.end - other.start])
     aside = relative @ other.normal
-    if aside[0] * aside[1] >= 0 or other.length < _LEANING * face.length:
+    if aside[0] * aside[1] >= 0:
         return False
     crossing = float(relative @ other.along @ np.abs(aside[::-1]) / np.abs(aside).sum())
-    slant, reach = abs(float(face.along @ other.along)), float(np.abs(aside).min())
+    slant, longer, reach = abs(float(face.along @ other.along)), other.length / face.length, np.abs(aside).min()
     return _FROM_END < crossing < other.length - _FROM_END and any(
-        slant > cosine and reach > least for cosine, least in _ASLANT
+        slant > cosine and longer >= times and reach > least for cosine, times, least in _ASLANT
     )
 
 

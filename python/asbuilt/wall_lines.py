@@ -93,11 +93,17 @@ def _in_line(
 
 
 def fit_lines(lines: FloatArray, places: _core.Places, weights: FloatArray, band: float, rounds: int = 3) -> FloatArray:
-    """Fit each line (n, 4), m, to the points within `band` of it by weighted (m,) least squares of their offsets."""
+    """Fit each line (n, 4), m, to the points within `band` of it by weighted (m,) least squares of their offsets.
+
+    After the first of the `rounds` a point counts the less the farther it is (Tukey's biweight), so that frames, boards
+    and backs of furniture, which all stand on the room's side, do not draw the line to them.
+    """
     count = len(lines)
-    for _ in range(rounds):
+    for fitted in range(rounds):
         line, point, along, offset = places.strips(lines, band, band)
         weight = weights[point]
+        if fitted:
+            weight = weight * np.clip(1 - (offset / band) ** 2, 0, None) ** 2
 
         def total(values: FloatArray, line: IntArray = line, weight: FloatArray = weight) -> FloatArray:
             return np.bincount(line, weight * values, minlength=count).astype(np.float64, copy=False)
