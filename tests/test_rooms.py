@@ -221,6 +221,20 @@ def test_the_outline_covers_wings_between_which_nothing_was_found() -> None:
     assert shapely.Polygon(alone).area == pytest.approx(80)
 
 
+def test_an_outline_is_found_where_rounding_defeats_the_exact_union(monkeypatch: pytest.MonkeyPatch) -> None:
+    union = shapely.union_all
+
+    def only_on_a_lattice(shapes: NDArray[np.object_], grid_size: float | None = None) -> shapely.Geometry:
+        if grid_size is None:
+            raise shapely.GEOSException("TopologyException: found non-noded intersection")
+        return union(shapes, grid_size=grid_size)
+
+    rooms = [Room(rectangle(0, 0, 10, 8)), Room(rectangle(9.5, 0, 18, 8))]
+    exact = find_outline(rooms, [])
+    monkeypatch.setattr(shapely, "union_all", only_on_a_lattice)
+    assert find_outline(rooms, []) == pytest.approx(np.array(exact), abs=1e-6)
+
+
 def test_without_rooms_and_walls_there_is_no_outline() -> None:
     assert find_outline([], []) is None
     assert find_outline([], [Wall((0, 0), (1, 0))]) is None

@@ -65,6 +65,8 @@ _MIN_VOXELS = 20
 """A floor or ceiling of fewer voxels was not seen."""
 _TOUCHING = 1e-3
 """A face ends on another one if it comes this near, m."""
+_LATTICE = 1e-6
+"""Corners of what is joined lie on a lattice of this step where they cannot stay where they are, m."""
 _SAME = 1e-4
 """What lies this near is the same, m."""
 _SAMPLED = 4
@@ -196,7 +198,7 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     shapes += [shapely.Polygon(wall.outline) for wall in walls if len(wall.outline) > 2]
     if not shapes:
         return None
-    joined = shapely.union_all(shapely.make_valid(np.array(shapes)))
+    joined = _union(shapely.make_valid(np.array(shapes)))
     # Wings stand apart where what lies between them was not found: the least closing that joins them.
     closings = (joined.buffer(r, join_style="mitre").buffer(-r, join_style="mitre") for r in _JOINING)
     with np.errstate(divide="ignore", invalid="ignore"):  # mitres of sides that are nearly parallel
@@ -473,6 +475,14 @@ def _groups(count: int, first: IntArray, second: IntArray) -> list[IntArray]:
     group = _core.groups(count, first, second)
     order = np.argsort(group, kind="stable")
     return np.split(order, np.flatnonzero(np.diff(group[order])) + 1)
+
+
+def _union(shapes: NDArray[np.object_]) -> shapely.Geometry:
+    """All shapes as one. Of very many, rounding may keep the exact union from an end: then it is that on a lattice."""
+    try:
+        return shapely.union_all(shapes)
+    except shapely.GEOSException:
+        return shapely.union_all(shapes, grid_size=_LATTICE)
 
 
 def _largest(shape: shapely.Geometry) -> shapely.Polygon:
