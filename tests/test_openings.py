@@ -226,6 +226,44 @@ def test_a_shut_door_up_to_the_ceiling_is_no_niche() -> None:
     assert door.width == pytest.approx(0.9, abs=WIDTH)
 
 
+def test_a_shut_door_up_to_the_ceiling_in_the_corner_of_a_room() -> None:
+    """Of the wall beside it so little is left that no face is found on it."""
+    points = two_rooms((5.0, 5.9, 0.0, 2.6))
+    leaf_shut = [wall((5.0, y), (5.9, y), 0, 2.59) for y in (4.2, 4.15)]
+    [door] = storey(points, *leaf_shut).doors
+    assert door.width == pytest.approx(0.9, abs=WIDTH)
+    assert door.state == "shut"
+
+
+def test_a_gap_over_which_something_hangs_is_no_doorway() -> None:
+    points = two_rooms((2.0, 2.9, 0.0, 1.85))
+    assert storey(points).doors == ()
+
+
+def test_what_a_mirror_shows_is_not_the_other_side_of_the_wall() -> None:
+    """Behind a mirror beside the window stands what it shows, less deep than the window's frame."""
+    points = opened(box_room(0, 0, 6, 4), (2.0, 3.2, 0.9, 2.2), deep=0.3)
+    ghost = wall((4.0, 4.1), (4.9, 4.1), 0.6, 1.9)
+    [found] = storey(points, window(2.0, 3.2, 0.9, 2.2, deep=0.15), ghost).windows
+    assert found.width == pytest.approx(1.2, abs=WIDTH)
+
+
+def test_of_a_window_whose_reveals_on_one_side_were_not_seen_the_wall_beside_it_tells_the_width() -> None:
+    points = opened(box_room(0, 0, 6, 4), (2.0, 3.6, 0.9, 2.2), deep=0.15)
+    seen = without(np.concatenate([points, window(2.0, 3.6, 0.9, 2.2)]), (3.35, 4.01, 0), (3.7, 4.6, 2.5))
+    [found] = storey(seen).windows
+    assert found.width == pytest.approx(1.6, abs=0.05)
+
+
+def test_a_window_behind_a_bench_is_no_gap_down_to_the_floor() -> None:
+    """What stands before it may be taken for the floor."""
+    points = opened(box_room(0, 0, 6, 4), (2.0, 2.8, 0.7, 2.1), deep=0.15)
+    bench = box(0.1, 3.2, 5.9, 4.0, 0.65)
+    points = without(points, (0.1, 3.2, -0.1), (5.9, 4.1, 0.65))
+    [found] = storey(points, bench, window(2.0, 2.8, 0.7, 2.1)).windows
+    assert found.width == pytest.approx(0.8, abs=WIDTH)
+
+
 def test_a_gap_that_nobody_looked_through_is_unknown() -> None:
     points = without(box_room(0, 0, 6, 4), (2.0, 3.9, -0.1), (3.0, 4.1, 2.7))
     cloud = evidence(points)

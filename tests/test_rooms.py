@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,11 +11,11 @@ import shapely
 from numpy.typing import NDArray
 
 from asbuilt import evidence_from_points, extract_floor_plan
-from asbuilt.elevations import draw_elevations
+from asbuilt.elevations import Elevations, draw_elevations
 from asbuilt.faces import Face
-from asbuilt.plan import Point, Room, Storey, Wall
-from asbuilt.profiles import storey_voxels
-from asbuilt.rooms import find_outline, find_rooms, measure_rooms
+from asbuilt.plan import Door, Point, Room, Storey, Wall
+from asbuilt.profiles import StoreyVoxels, storey_voxels
+from asbuilt.rooms import close_openings, continue_circles, find_outline, find_rooms, measure_rooms
 from asbuilt.storeys import find_storeys
 from rooms import box, box_room, evidence, level, noisy, turned, wall, walls, without
 
@@ -140,6 +141,55 @@ def test_the_recess_of_a_window_down_to_the_floor_is_none_of_its_room(deep: floa
     assert [opening.width for opening in found.windows] == pytest.approx([1.5], abs=0.02)
     assert [room.area for room in found.rooms] == pytest.approx([20], abs=0.03)
     assert sorted(face.length for face in found.wall_faces) == pytest.approx([4, 4, 5, 5], abs=0.01)
+
+
+def faces_on(segments: Sequence[tuple[float, ...]], cloud: Array) -> tuple[list[Face], Elevations, StoreyVoxels]:
+    """Faces as given, the room on their left, with what `find_rooms` asks for besides."""
+    seen = evidence(cloud)
+    [storey] = find_storeys(seen)
+    voxels = storey_voxels(seen, storey, None)
+    lines = np.array(segments, dtype=float) - np.tile(voxels.origin, 2)
+    elevations = draw_elevations(lines, np.zeros(len(lines), dtype=np.bool_), voxels)
+    return [Face(i, line[:2], line[2:], 5.0) for i, line in enumerate(lines)], elevations, voxels
+
+
+def cells_of(*lines: Array) -> list[float]:
+    """Areas of the cells into which lines (n, 4) divide the ground, the smallest first."""
+    strings = shapely.linestrings(np.concatenate(lines).reshape(-1, 2, 2))
+    return sorted(shapely.area(shapely.get_parts(shapely.polygonize([shapely.union_all(strings)]))).tolist())
+
+
+def test_a_door_closes_a_wall_of_which_one_side_was_found_left_of_it_and_the_other_side_right() -> None:
+    around = [(0, 0, 5, 0), (5, 0, 5, 5.7), (5, 5.7, 0, 5.7), (0, 5.7, 0, 0)]
+    faces = np.array([*around, (5, 3, 2.9, 3), (0, 3.2, 2, 3.2)])
+    lines = close_openings([Door((102.0, 53.1), (102.9, 53.1))], faces, np.array([100.0, 50.0]))
+    south = 2 * 3.2 + 0.9 * 3.1 + 2.1 * 3.0
+    assert cells_of(faces) == pytest.approx([28.5])
+    assert cells_of(faces, lines) == pytest.approx([28.5 - south, south], abs=0.001)
+    assert close_openings([], faces, np.zeros(2)).shape == (0, 4)
+
+
+def test_a_round_wall_goes_on_along_its_circle() -> None:
+    """Where another wall meets it, half a metre has no face; a straight line would lie before the wall."""
+    turns = np.linspace(0.1, 2 * np.pi - 0.1, 60)
+    points = np.array([6.0, 5.0]) + 2.5 * np.column_stack([np.cos(turns), np.sin(turns)])
+    chords = [Face(0, a, b, 5.0, curve=3) for a, b in pairwise(points)]
+    straight = Face(1, np.array([0.0, 0.0]), np.array([9.0, 0.0]), 5.0)
+    lines = continue_circles([*chords, straight])
+    assert np.hypot(*(lines[:, :2] - (6, 5)).T) == pytest.approx(2.5, abs=0.001)
+    [inside] = cells_of(np.array([[*chord.start, *chord.end] for chord in chords]), lines)
+    assert inside == pytest.approx(np.pi * 2.5**2, rel=0.01)
+    assert continue_circles([straight]).shape == (0, 4)
+
+
+def test_between_the_two_sides_of_an_outer_wall_is_no_room() -> None:
+    """Even where its outer face is taken for one that looks in: of floor and ceiling nothing shows there."""
+    cloud = np.concatenate([box_room(0, 0, 6, 5), walls([(-0.5, -0.5), (6.5, -0.5), (6.5, 5.5), (-0.5, 5.5)], -0.3)])
+    inner = [(0, 0, 6, 0), (6, 0, 6, 5), (6, 5, 0, 5), (0, 5, 0, 0)]
+    outer = [(-0.5, -0.5, 6.5, -0.5), (6.5, -0.5, 6.5, 5.5), (6.5, 5.5, -0.5, 5.5), (-0.5, 5.5, -0.5, -0.5)]
+    faces, elevations, voxels = faces_on([*inner, *outer], cloud)
+    [room] = find_rooms(faces, (), elevations, voxels)
+    assert room.area == pytest.approx(30, abs=0.05)
 
 
 def test_a_shaft_is_a_hole_in_its_room() -> None:

@@ -11,11 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from asbuilt import _core
-from asbuilt.grid import BoolArray, FloatArray
+from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.wall_sides import LOWEST, PLANE, WallSides, close_cells
 
 DOOR_WIDTH = (0.5, 3.0)
 """Doors are this wide, m."""
+LEAF_WIDTH = 1.4
+"""A leaf is no wider, m."""
 WINDOW_SIZE = (0.35, 0.35)
 """Windows are at least this wide and high, m."""
 _BAR = 0.12
@@ -52,9 +54,10 @@ def look_behind(sides: WallSides) -> BoolArray:
     z = LOWEST + np.arange(sides.wall.shape[1], dtype=np.float64) * sides.step
     upper = _share(sides.wall, z, sides.ceiling - 0.45, sides.ceiling - 0.1)
     lower = _share(sides.wall, z, sides.floor + 0.15, sides.floor + 1.9)
-    # Beyond its faces a side goes on under a lintel: a door in the corner of a room.
+    # Beyond its faces a side goes on under a lintel, or before a shut leaf: a door in the corner of a room.
+    leaf = _between(_share(sides.body, z, sides.floor + 0.15, sides.floor + 1.9) > 0.5, lower > 0.5, sides.step)
     lintel = close_cells((upper > 0.25)[:, None], 5, 1)[:, 0]
-    inside = sides.covered | lintel
+    inside = sides.covered | lintel | leaf
     run = np.cumsum(np.diff(inside, prepend=False))
     inside &= np.isin(run, run[sides.covered])
     for first, last in zip(sides.first[:-1], sides.first[1:], strict=True):
@@ -73,6 +76,25 @@ def look_behind(sides: WallSides) -> BoolArray:
     passed = np.flatnonzero(through & open_below)
     seen[passed, sides.row(sides.floor[passed])] = True
     return seen
+
+
+def _between(leaf: BoolArray, wall: BoolArray, step: float) -> BoolArray:
+    """Runs of columns (c,) that a leaf fills, as wide as one, where wall stands close by on both sides."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], leaf, [False]]).astype(np.int8)))
+    low, high = ends[::2], ends[1::2]
+    near = np.concatenate([[0], np.cumsum(wall)])
+    reach = 3
+
+    def any_wall(first: IntArray, last: IntArray) -> BoolArray:
+        some: BoolArray = near[np.clip(last, 0, len(wall))] > near[np.clip(first, 0, len(wall))]
+        return some
+
+    width = (high - low) * step
+    fits = (width > DOOR_WIDTH[0]) & (width < LEAF_WIDTH) & any_wall(low - reach, low) & any_wall(high, high + reach)
+    filled = np.zeros(len(leaf), dtype=np.bool_)
+    for first, last in zip(low[fits], high[fits], strict=True):
+        filled[max(first - reach, 0) : last + reach] = True
+    return filled
 
 
 def find_boxes(sides: WallSides, seen: BoolArray) -> list[Box]:

@@ -27,6 +27,8 @@ from asbuilt.wall_sides import DEPTH, LOWEST, PLANE, WallSides, unroll_sides
 
 _DOOR_HEIGHT = 1.75
 """Doors are at least this high, m."""
+_CLEAR_HEIGHT = 1.92
+"""Without a leaf in them they are higher than this, m: lower ones are gaps before which something hangs."""
 _LEAF = 0.45
 """A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
 _LEAF_THICK = 0.09
@@ -39,6 +41,12 @@ _PANE = 0.015
 """Share of an opening that a pane fills at least."""
 _BESIDE = 0.4
 """The threshold of a doorway ends no further than this from its jamb, m."""
+_JAMB = 0.7
+"""A jamb that shows over more than this share of its height shows all over..."""
+_JAMB_HEIGHT = 1.0
+"""...if that is more than this, m: of a threshold any share shows."""
+_HIDDEN = 0.35
+"""Nor does the frame of a window, m."""
 _GATHERED = 0.025
 """Voxels of a jamb lie this near to one another along its side, m."""
 _AGREE = 0.04
@@ -195,8 +203,12 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
     ceiling = float(np.median(sides.ceiling[box.low : box.high]))
     sill = LOWEST + (box.bottom - 0.5) * step
     walkable = sill - floor < SILL
-    if walkable:
-        box = _grown(box, sides, floor, ceiling)
+    edge = measure_rim(box, sides, seen)
+    grown = _grown(box, sides, floor, ceiling) if walkable else _widened(box, sides)
+    # Beyond a jamb that shows all over an opening does not go on.
+    tall = (box.top - box.bottom) * step > _JAMB_HEIGHT
+    first, last = (tall and shown > _JAMB for shown in (edge.left, edge.right))
+    box = replace(grown, low=box.low if first else grown.low, high=box.high if last else grown.high)
     head = LOWEST + (box.top - 0.5) * step
     width = (box.high - box.low) * step
     rim = measure_rim(box, sides, seen)
@@ -255,6 +267,22 @@ def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
     return replace(box, low=low, high=high)
 
 
+def _widened(box: Box, sides: WallSides) -> Box:
+    """A box grown out to the wall beside it: of a reveal that is seen from the side nothing shows."""
+    reach = round(_HIDDEN / sides.step)
+    columns = np.arange(max(box.low - reach, 0), min(box.high + reach, len(sides.wall)))
+    filled = sides.wall[columns, box.bottom : box.top].mean(axis=1)
+    low, high = box.low, box.high
+    while low - 1 > columns[0] and filled[low - 1 - columns[0]] < 0.1:
+        low -= 1
+    while high < columns[-1] and filled[high - columns[0]] < 0.1:
+        high += 1
+    # Where no wall begins, something hides it.
+    low = low if filled[max(low - 1 - columns[0], 0)] > 0.5 else box.low
+    high = high if filled[high - columns[0]] > 0.5 else box.high
+    return replace(box, low=low, high=high)
+
+
 def _leaf_behind(sides: WallSides, box: Box, sill: float, head: float) -> bool:
     """Whether what fills a box stands so near to the other side of its wall that it can only be a leaf."""
     low, high = ((column - sides.first[box.side]) * sides.step for column in (box.low, box.high))
@@ -285,9 +313,10 @@ def _classify(
         if rim.bottom > 0.4 or (rim.top > 0.4 and jambs > 0.4):
             # Up to the ceiling there is no lintel: the threshold runs from wall to wall, or both jambs show.
             passage = not to_ceiling or min(rim.left, rim.right) > 0.3 or (rim.bottom > 0.8 and min(ends) > 0.8)
-            return "door" if min(ends) > 0.4 and passage else None
+            return "door" if min(ends) > 0.4 and passage and height > _CLEAR_HEIGHT else None
         return None
-    if width >= WINDOW_SIZE[0] and height >= WINDOW_SIZE[1] and sill > 0.1:
+    if width >= WINDOW_SIZE[0] and height >= WINDOW_SIZE[1] and (sill > 0.1 or (pane and height < _DOOR_HEIGHT)):
+        # What stands before a window may be taken for the floor.
         if rim.density > _LEAF and to_ceiling:
             return None  # the wall above what stands before it
         return "window" if rim.left + rim.right + rim.bottom + rim.top > 1.0 else None
@@ -411,6 +440,7 @@ def _shares(gap: FloatArray, hole: Hole) -> bool:
 def _draw(pairs: list[list[Hole]], gaps: list[FloatArray], voxels: StoreyVoxels, storey: int) -> Openings:
     """The openings of a storey in the input's frame, each with its name."""
     placed = [(pair[0], np.concatenate(_line(pair))) for pair in pairs]
+    placed = [(hole, line) for hole, line in placed if math.dist(line[:2], line[2:]) > WINDOW_SIZE[0]]
     doors, windows = ([(hole, line) for hole, line in placed if hole.kind == kind] for kind in ("door", "window"))
     lines = np.array([line for _, line in doors]).reshape(-1, 4)
     leaves = find_leaves(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -24,6 +25,7 @@ from asbuilt.neighbours import near_pairs
 from asbuilt.plan import Opening, Point, Room, Wall
 from asbuilt.profiles import StoreyVoxels
 from asbuilt.storeys import Level
+from asbuilt.wall_sides import along_circle, arcs_of
 
 Scan: TypeAlias = tuple[str, tuple[float, float, float] | None, int]
 
@@ -71,6 +73,8 @@ _SAME = 1e-4
 """What lies this near is the same, m."""
 _SAMPLED = 4
 """Floor and ceiling are looked for in squares of so many ground cells each way: from afar they are seen in few."""
+_SEEN = 0.5
+"""Share of a room over which floor or ceiling was seen at least."""
 _NARROW = 0.2
 """Narrower cells are too small to tell whether floor or ceiling was seen, m."""
 _TILE, _WHOLE = 3, 2
@@ -109,13 +113,14 @@ def find_rooms(
     if not faces:
         return []
     segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
-    lines = np.concatenate([segments, _continuations(segments)])
+    closed = close_openings(openings, segments, voxels.origin)
+    lines = np.concatenate([segments, _continuations(segments), continue_circles(faces), closed])
     cells = shapely.get_parts(shapely.polygonize([shapely.union_all(shapely.linestrings(lines.reshape(-1, 2, 2)))]))
     if len(cells) == 0:
         return []
     cells = shapely.normalize(cells)
     edges = _edges(cells, segments)
-    seen = _share_seen(cells, voxels)
+    seen = _share_seen(cells, segments, voxels)
     # Of a free-standing partition one face may be all that was seen: a room may lie behind it.
     backed = ~elevations.partition[[face.line for face in faces]][edges.face]
     inside, outside = np.zeros(len(cells)), np.zeros(len(cells))
@@ -124,7 +129,7 @@ def find_rooms(
             chosen = chosen & (cell >= 0)
             np.add.at(total, cell[chosen], edges.length[chosen])
     # The body of a wall lies behind its faces.
-    indoor = (inside >= outside) & (seen > 0.3)
+    indoor = (inside >= outside) & (seen > _SEEN)
     between = (edges.left >= 0) & (edges.right >= 0) & (edges.facing == 0) & (edges.length > _SLIT)
     between[between] &= indoor[edges.left[between]] & indoor[edges.right[between]]
     open_edges = np.flatnonzero(between)
@@ -132,6 +137,7 @@ def find_rooms(
     parted = _parts(edges.ends[open_edges], width, segments, voxels) | _in_openings(
         edges.ends[open_edges], openings, voxels
     )
+    parted |= _width(edges.ends[open_edges], closed) > 0
     open_edges = open_edges[~parted]
     rooms = []
     for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
@@ -209,6 +215,39 @@ def find_outline(rooms: Sequence[Room], walls: Sequence[Wall]) -> tuple[Point, .
     ring = shapely.Polygon(whole.exterior).simplify(0.01).exterior
     points = tuple((float(x), float(y)) for x, y in list(ring.coords)[:-1])
     return points if ring.is_ccw else points[::-1]
+
+
+def continue_circles(faces: Sequence[Face]) -> FloatArray:
+    """Where round walls go on along their circles, from each chord to the next one (n, 4), m; empty without any."""
+    curves: dict[int, list[Face]] = {}
+    for face in faces:
+        if face.curve is not None:
+            curves.setdefault(face.curve, []).append(face)
+    lines = [np.zeros((0, 4))]
+    for circle, chords in arcs_of(list(curves.values())):
+        for last, face in pairwise([*chords, chords[0]]):
+            if 1e-6 < np.hypot(*(face.start - last.end)) < _DOOR:
+                points = np.array([last.end, *along_circle(last.end, face.start, circle), face.start])
+                lines.append(np.hstack([points[:-1], points[1:]]))
+    return np.concatenate(lines)
+
+
+def close_openings(openings: Sequence[Opening], segments: FloatArray, origin: FloatArray) -> FloatArray:
+    """Lines (m, 4) across openings, and from either jamb to the nearest of the faces (n, 4): they part rooms.
+
+    Openings are in the input's frame, the rest is m from `origin` (2,); empty without any.
+    """
+    if not openings:
+        return np.zeros((0, 4))
+    ends = np.array([[opening.start, opening.end] for opening in openings]) - origin
+    jambs = shapely.points(ends.reshape(-1, 2))
+    faces = shapely.linestrings(segments.reshape(-1, 2, 2))
+    jamb, face = shapely.STRtree(faces).query_nearest(jambs, max_distance=_JAMB, all_matches=False)
+    links = shapely.get_coordinates(shapely.shortest_line(jambs[jamb], faces[face])).reshape(-1, 4)
+    far = np.hypot(*(links[:, 2:] - links[:, :2]).T)
+    # A hair further, so that rounding leaves no slit.
+    links[:, 2:] += 1e-3 * (links[:, 2:] - links[:, :2]) / np.maximum(far, 1e-9)[:, None]
+    return np.concatenate([ends.reshape(-1, 4), links[far > 1e-3]])
 
 
 def _surface(inside: _Inside, near: IntArray, outermost: IntArray, voxels: StoreyVoxels) -> IntArray:
@@ -322,7 +361,7 @@ def _cut_at_first(rays: FloatArray, own: IntArray, tree: shapely.STRtree) -> Flo
     met = shapely.intersection(lines[ray], tree.geometries[other])
     np.minimum.at(hit, ray, shapely.distance(shapely.points(rays[ray, :2]), met))
     found = np.isfinite(hit)
-    cut: FloatArray = np.hstack([rays[:, :2], rays[:, :2] + (hit[:, None] + 1e-3) * way])[found]
+    cut: FloatArray = np.hstack([rays[found, :2], rays[found, :2] + (hit[found, None] + 1e-3) * way[found]])
     return cut
 
 
@@ -376,10 +415,13 @@ def _edges(cells: NDArray[np.object_], segments: FloatArray) -> _Edges:
     return _Edges(ends, left, right, facing, on)
 
 
-def _share_seen(cells: NDArray[np.object_], voxels: StoreyVoxels) -> FloatArray:
-    """Share of each cell over or under which floor or ceiling was seen (n,)."""
+def _share_seen(cells: NDArray[np.object_], segments: FloatArray, voxels: StoreyVoxels) -> FloatArray:
+    """Share of each cell over or under which floor or ceiling was seen (n,); the feet of faces (m, 4) are neither."""
     low, top = voxels.first[:-1], voxels.first[1:] - 1
-    level = (np.abs(voxels.z[low]) < _FLOOR) | (voxels.z[top] > voxels.height - 0.6)
+    off_faces = np.ones(len(voxels.z), dtype=np.bool_)
+    off_faces[voxels.strips(segments, 2 * ON_PLANE, 2 * ON_PLANE)[1]] = False
+    level = off_faces[low] & (np.abs(voxels.z[low]) < _FLOOR)
+    level |= off_faces[top] & (voxels.z[top] > voxels.height - 0.6)
     size = _SAMPLED * voxels.voxel
     places = shapely.points((unique_rows(voxels.index[low[level]] // _SAMPLED) + 0.5) * size)
     cell, _ = shapely.STRtree(places).query(cells, predicate="contains")

@@ -39,6 +39,10 @@ _ABOUT = 5.0
 """Only what lies this near along a side counts for the depth of its wall, m."""
 _BACK = (20, 0.004)
 """So many voxels at one depth behind filled cells are the other side of the wall; in all, and for each such cell."""
+_PARTITION = 0.2
+"""Walls that are thinner than this, m, stand between rooms..."""
+_ALONG = 0.2
+"""...and show their other side along this share of their length."""
 _SAME_CIRCLE = 0.25
 """Arcs whose centres and radii differ less are of one round wall, m."""
 LOWEST = -0.3
@@ -207,7 +211,7 @@ def _chain(faces: list[Face], elevations: Elevations) -> list[list[_Piece]]:
             before = _Piece(run[0].start - _MARGIN * along, run[0].start, False)
             after = _Piece(run[-1].end, run[-1].end + _MARGIN * along, False)
             chains.append([before, *_bridged(run, None), after])
-    for circle, arc in _arcs(list(curves.values())):
+    for circle, arc in arcs_of(list(curves.values())):
         chains += [_bridged(run, circle) for run in _runs(arc)]
     return chains
 
@@ -230,17 +234,22 @@ def _bridged(run: list[Face], circle: FloatArray | None) -> list[_Piece]:
         if gap.length > 1e-6:
             corners = [gap.start, gap.end]
             if circle is not None:
-                relative = np.array(corners) - circle[:2]
-                angle = np.unwrap(np.arctan2(relative[:, 1], relative[:, 0]))
-                turns = np.linspace(angle[0], angle[-1], int(gap.length / 0.3) + 2)[1:-1]
-                arc = circle[:2] + abs(circle[2]) * np.column_stack([np.cos(turns), np.sin(turns)])
-                corners[1:1] = list(arc)
+                corners[1:1] = list(along_circle(gap.start, gap.end, circle))
             pieces += [_Piece(a, b, False) for a, b in pairwise(corners)]
         pieces.append(_Piece(face.start, face.end))
     return pieces
 
 
-def _arcs(curves: list[list[Face]]) -> list[tuple[FloatArray, list[Face]]]:
+def along_circle(start: FloatArray, end: FloatArray, circle: FloatArray) -> FloatArray:
+    """Points (n, 2) between two points on a circle (centre and radius, m), less than 0.3 m from one to the next."""
+    relative = np.array([start, end]) - circle[:2]
+    angle = np.unwrap(np.arctan2(relative[:, 1], relative[:, 0]))
+    turns = np.linspace(angle[0], angle[-1], int(np.hypot(*(end - start)) / 0.3) + 2)[1:-1]
+    points: FloatArray = circle[:2] + abs(circle[2]) * np.column_stack([np.cos(turns), np.sin(turns)])
+    return points
+
+
+def arcs_of(curves: list[list[Face]]) -> list[tuple[FloatArray, list[Face]]]:
     """Circles (centre x, y and radius, m) and the chords on each: doors part a round wall into several curves.
 
     Seen from inside the radius counts positive, from outside negative.
@@ -315,12 +324,17 @@ def _back(column: IntArray, depth: FloatArray, filled: IntArray, first: IntArray
     slots = int(np.ceil(DEPTH / 0.02)) + 1
     total = len(filled)
     counts = np.bincount(column * slots + (depth / 0.02).astype(np.int64), minlength=total * slots)
+    counts = counts.reshape(total, slots)
     about = 2 * round(_ABOUT / step) + 1
-    sums = about * smooth_rows(np.column_stack([counts.reshape(total, slots), filled]).astype(np.float64), first, about)
-    dense, cells = sums[:, :-1], sums[:, -1]
+    shown = [counts, counts > 0, filled[:, None], filled[:, None] > 0]
+    sums = about * smooth_rows(np.hstack(shown).astype(np.float64), first, about)
+    dense, wide, cells, columns = np.split(sums, [slots, 2 * slots, 2 * slots + 1], axis=1)
     # More than in the slot before: what strays behind the plane grows less with the distance.
-    many = dense >= np.maximum(_BACK[0], _BACK[1] * cells)[:, None]
+    many = dense >= np.maximum(_BACK[0], _BACK[1] * cells)
     many &= dense > 1.5 * np.pad(dense, ((0, 0), (1, 0)))[:, :-1]
+    # The other side of a partition is seen from its own room, not in one place alone as what a mirror shows.
+    thin = round(_PARTITION / 0.02)
+    many[:, :thin] &= (wide > _ALONG * columns)[:, :thin]
     many[:, :2] = False
     depths: FloatArray = np.where(many.any(axis=1), many.argmax(axis=1) * 0.02, DEPTH)
     return depths
