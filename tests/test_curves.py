@@ -124,6 +124,18 @@ def test_a_broken_chain_is_one_curve() -> None:
     assert sum(face.length for face in found) == pytest.approx(4 * np.pi / 2, rel=0.01)
 
 
+@pytest.mark.parametrize("end", [0, -1])
+def test_a_chain_that_ends_with_a_chord_of_the_other_side_of_the_wall(end: int) -> None:
+    inner, outer = chords(4, np.arange(0, 91, 15)), chords(4.3, np.arange(0, 91, 15))
+    bow = [*inner[:-1], outer[-1]] if end else [outer[0], *inner[1:]]
+    both = [arc_voxels(radius) for radius in (4, 4.3)]
+    voxels = voxels_at(np.concatenate([one.xy for one in both]), np.concatenate([one.z for one in both]))
+    found = [face for face in find_curves(bow, voxels) if face.curve is not None]
+    tips = np.array([tip for face in found for tip in (face.start, face.end)])
+    assert np.hypot(*tips.T) == pytest.approx(4, abs=0.01)
+    assert sum(face.length for face in found) == pytest.approx(4 * np.radians(75), rel=0.02)
+
+
 def test_chords_of_a_curve_follow_one_another() -> None:
     straight = Face(9, np.array([0.0, -6.0]), np.array([5.0, -6.0]), 9.0)
     found = find_curves([straight, *chords(4, np.arange(0, 91, 15), gap=0.1)], arc_voxels(4))

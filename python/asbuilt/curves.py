@@ -21,6 +21,8 @@ _MAX_CHORD = 3.5
 """Longer faces are straight, m."""
 _TURN = (np.radians(1.5), np.radians(32))
 """Chords of a curve turn by this much from one to the next, rad."""
+_FEWEST = 3
+"""Fewer chords are no curve."""
 _NEXT = 0.8
 """The next chord starts within this distance of the end of the last, m."""
 _MAX_RMS = 0.015
@@ -41,13 +43,16 @@ def find_curves(faces: list[Face], voxels: StoreyVoxels) -> list[Face]:
     curved: list[Face] = []
     number = 0
     for chain in find_chains(faces):
-        if not rest.issuperset(chain):
-            continue  # bits of a curve that was found before
-        of_curve = [faces[i] for i in chain]
-        circle = fit_circle(of_curve, voxels)
-        if circle is None:
+        left = [i for i in chain if i in rest]  # the others are bits of a curve that was found before
+        # The first or the last may be of the wall's other side.
+        for part in (left, left[1:], left[:-1]):
+            of_curve = [faces[i] for i in part]
+            circle = fit_circle(of_curve, voxels) if len(part) >= _FEWEST else None
+            if circle is not None:
+                break
+        else:
             continue
-        rest -= set(chain)
+        rest -= set(part)
         while more := [i for i in sorted(rest) if _goes_on(faces[i], circle, of_curve)]:
             rest -= set(more)
             of_curve = in_turn(of_curve + [faces[i] for i in more], circle[0])
@@ -85,7 +90,7 @@ def find_chains(faces: list[Face]) -> list[list[int]]:
                 break
             chain.append(j)
             sign = turn
-        if len(chain) >= 3 and not used & set(chain):
+        if len(chain) >= _FEWEST and not used & set(chain):
             used |= set(chain)
             chains.append(chain)
     return chains
