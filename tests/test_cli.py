@@ -203,6 +203,10 @@ def rest_of(terminal: int) -> bytes:
     return seen
 
 
+def heed_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path):
     scans = tmp_path / "scans"
     scans.mkdir()
@@ -212,7 +216,9 @@ def test_ctrl_c_while_reading_stops_at_once_and_leaves_nothing(example, tmp_path
         (scans / f"{i}.laz").write_bytes(content)
     command = [*ASBUILT, "plan", str(scans), "-o", str(tmp_path / "plan.dxf")]
     ours, theirs = pty.openpty()
-    with subprocess.Popen(command, stderr=theirs, env={**os.environ, "TERM": "xterm"}) as process:
+    env = {**os.environ, "TERM": "xterm"}
+    # What runs in the background is started with interrupts ignored.
+    with subprocess.Popen(command, stderr=theirs, env=env, preexec_fn=heed_interrupts) as process:
         os.close(theirs)
         try:
             seen = b""
