@@ -162,6 +162,45 @@ def test_skip_bad_goes_on_lists_what_it_left_out_and_exits_3(room, run, tmp_path
     assert run("plan", bad, "-o", tmp_path / "none.geojson", "--skip-bad")[0] == 2  # nothing left
 
 
+def crc32c(data: bytes) -> bytes:
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return (crc ^ 0xFFFFFFFF).to_bytes(4, "little")
+
+
+def test_skip_bad_leaves_out_evidence_that_is_wrong_behind_its_head(run, tmp_path):
+    good, bad = tmp_path / "good.evidence", tmp_path / "bad.evidence"
+    asbuilt.evidence_from_points(np.random.default_rng(0).random((50, 3))).save(good)
+    content = good.read_bytes()[:-4]
+    content = content[:-1] + bytes([content[-1] | 0x80])  # a number that does not end
+    bad.write_bytes(content + crc32c(content))
+    for inputs in ([bad, good], [good, bad]):
+        code, _, err = run("info", *inputs)
+        assert (code, one_line(err)) == (2, True)
+        code, _, err = run("info", *inputs, "--skip-bad")
+        assert code == 3
+        assert err.startswith(f"asbuilt: left out: {bad}")
+
+
+def test_what_is_wrong_with_a_command_names_that_command(run):
+    for wrong in (["plan", "x.las", "-o"], ["plan", "--skip-bad=1", "x.las"], ["plan", "--hough", "both", "x.las"]):
+        code, _, err = run(*wrong)
+        assert code == 2
+        assert err.endswith("(asbuilt plan -h tells how)\n")
+
+
+def test_a_reader_that_leaves_early_is_no_bug_where_there_is_no_signal_for_it(room):
+    script = "import signal; del signal.SIGPIPE; from asbuilt_start import main; main()"
+    ours, theirs = os.pipe()
+    os.close(ours)
+    done = subprocess.run([sys.executable, "-c", script, "info", str(room)], stdout=theirs, stderr=subprocess.PIPE)
+    os.close(theirs)
+    assert (done.returncode, done.stderr) == (1, b"")
+
+
 def test_info_prints_what_the_files_hold_and_draws_the_heights(room, run):
     code, out, err = run("info", room)
     assert (code, err) == (0, "")

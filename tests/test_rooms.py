@@ -180,6 +180,8 @@ def test_a_round_wall_goes_on_along_its_circle() -> None:
     [inside] = cells_of(np.array([[*chord.start, *chord.end] for chord in chords]), lines)
     assert inside == pytest.approx(np.pi * 2.5**2, rel=0.01)
     assert continue_circles([straight]).shape == (0, 4)
+    # A rounded corner ends where it ends.
+    assert continue_circles(chords[:8]).shape == (0, 4)
 
 
 def test_between_the_two_sides_of_an_outer_wall_is_no_room() -> None:

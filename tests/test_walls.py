@@ -64,6 +64,10 @@ def test_two_faces_measure_a_thickness_and_one_does_not() -> None:
     assert single.start == pytest.approx((0, -0.08))  # its body lies behind the face that was seen
 
 
+def test_a_face_shorter_than_any_wall_is_none() -> None:
+    assert walls(faces([(0, 0), (0.05, 0)])) == ()
+
+
 @pytest.mark.parametrize("apart", [0.02, 0.8])
 def test_what_is_too_thin_or_too_thick_is_no_wall_of_two_faces(apart: float) -> None:
     found = walls(faces([(0, 0), (4, 0)], [(4, -apart), (0, -apart)]))

@@ -44,7 +44,8 @@ class Evidence:
 
         Raises
         ------
-        InputError : it is none, is damaged, or of a newer version of asbuilt.
+        InputError : it is none, is damaged, or of a newer version of asbuilt. Voxels that belie a right checksum are
+            told when they are first asked for.
         """
         core, text = _core.Evidence.load(path)
         try:

@@ -133,7 +133,7 @@ def begin(
     InputError : a file is bad, unless `skip_bad`; or comes twice.
     ParameterError : see `gather_evidence`.
     """
-    stored, errors = _load_stored(cloud)
+    stored, errors = _load_stored(cloud, check=skip_bad)
     parameters = _agree(parameters or EvidenceParameters(), cloud, stored)
     scans = _scan_files(cloud, parameters)
     if errors and not skip_bad:
@@ -172,13 +172,16 @@ def _crs_left_out(crs: str) -> str:
     )
 
 
-def _load_stored(cloud: PointCloud) -> tuple[list[Evidence], list[InputError]]:
-    """The evidence files of a cloud, and what is wrong with files so far."""
+def _load_stored(cloud: PointCloud, check: bool) -> tuple[list[Evidence], list[InputError]]:
+    """The evidence files of a cloud, and what is wrong with files so far; `check` looks at their voxels, too."""
     stored, errors = [], [file.error for file in cloud.files if file.error is not None]
     for file in cloud.files:
         if file.error is None and file.is_evidence:
             try:
-                stored.append(Evidence.load(file.path))
+                evidence = Evidence.load(file.path)
+                if check:
+                    len(evidence.core)  # which reads what the checksum does not tell
+                stored.append(evidence)
             except InputError as error:
                 errors.append(error)
     return stored, errors

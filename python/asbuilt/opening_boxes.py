@@ -16,7 +16,7 @@ from asbuilt.wall_sides import LOWEST, PLANE, WallSides, close_cells
 
 DOOR_WIDTH = (0.5, 3.0)
 """Doors are this wide, m."""
-LEAF_WIDTH = 1.4
+_LEAF_WIDTH = 1.4
 """A leaf is no wider, m."""
 WINDOW_SIZE = (0.35, 0.35)
 """Windows are at least this wide and high, m."""
@@ -90,7 +90,7 @@ def _between(leaf: BoolArray, wall: BoolArray, step: float) -> BoolArray:
         return some
 
     width = (high - low) * step
-    fits = (width > DOOR_WIDTH[0]) & (width < LEAF_WIDTH) & any_wall(low - reach, low) & any_wall(high, high + reach)
+    fits = (width > DOOR_WIDTH[0]) & (width < _LEAF_WIDTH) & any_wall(low - reach, low) & any_wall(high, high + reach)
     filled = np.zeros(len(leaf), dtype=np.bool_)
     for first, last in zip(low[fits], high[fits], strict=True):
         filled[max(first - reach, 0) : last + reach] = True

@@ -253,7 +253,7 @@ def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
         first = np.where(wall.any(axis=1), wall.argmax(axis=1), stop - start)
         box = replace(box, top=max(box.top, start + int(np.median(first))))
     reach = round(_BESIDE / sides.step)
-    columns = np.arange(max(box.low - reach, 0), min(box.high + reach, len(sides.wall)))
+    columns = _about(box, reach, sides)
     gap: BoolArray = np.logical_not(sides.wall[columns, start : box.top - 1].any(axis=1))
     gap &= sides.wall[columns, box.top : box.top + 3].any(axis=1)
     low, high = box.low, box.high
@@ -267,10 +267,16 @@ def _grown(box: Box, sides: WallSides, floor: float, ceiling: float) -> Box:
     return replace(box, low=low, high=high)
 
 
+def _about(box: Box, reach: int, sides: WallSides) -> IntArray:
+    """The columns of a box and up to `reach` more to either side, as far as its wall's side goes."""
+    first, last = sides.first[box.side], sides.first[box.side + 1]
+    return np.arange(max(box.low - reach, first), min(box.high + reach, last), dtype=np.int64)
+
+
 def _widened(box: Box, sides: WallSides) -> Box:
     """A box grown out to the wall beside it: of a reveal that is seen from the side nothing shows."""
     reach = round(_HIDDEN / sides.step)
-    columns = np.arange(max(box.low - reach, 0), min(box.high + reach, len(sides.wall)))
+    columns = _about(box, reach, sides)
     filled = sides.wall[columns, box.bottom : box.top].mean(axis=1)
     low, high = box.low, box.high
     while low - 1 > columns[0] and filled[low - 1 - columns[0]] < 0.1:
@@ -279,7 +285,7 @@ def _widened(box: Box, sides: WallSides) -> Box:
         high += 1
     # Where no wall begins, something hides it.
     low = low if filled[max(low - 1 - columns[0], 0)] > 0.5 else box.low
-    high = high if filled[high - columns[0]] > 0.5 else box.high
+    high = high if filled[min(high, columns[-1]) - columns[0]] > 0.5 else box.high
     return replace(box, low=low, high=high)
 
 
@@ -315,8 +321,8 @@ def _classify(
             passage = not to_ceiling or min(rim.left, rim.right) > 0.3 or (rim.bottom > 0.8 and min(ends) > 0.8)
             return "door" if min(ends) > 0.4 and passage and height > _CLEAR_HEIGHT else None
         return None
+    # What stands before a window may be taken for the floor.
     if width >= WINDOW_SIZE[0] and height >= WINDOW_SIZE[1] and (sill > 0.1 or (pane and height < _DOOR_HEIGHT)):
-        # What stands before a window may be taken for the floor.
         if rim.density > _LEAF and to_ceiling:
             return None  # the wall above what stands before it
         return "window" if rim.left + rim.right + rim.bottom + rim.top > 1.0 else None

@@ -115,7 +115,7 @@ def find_rooms(
     segments = np.array([np.concatenate([face.start, face.end]) for face in faces])
     closed = close_openings(openings, segments, voxels.origin)
     lines = np.concatenate([segments, _continuations(segments), continue_circles(faces), closed])
-    cells = shapely.get_parts(shapely.polygonize([shapely.union_all(shapely.linestrings(lines.reshape(-1, 2, 2)))]))
+    cells = shapely.get_parts(shapely.polygonize([_union(shapely.linestrings(lines.reshape(-1, 2, 2)))]))
     if len(cells) == 0:
         return []
     cells = shapely.normalize(cells)
@@ -143,7 +143,7 @@ def find_rooms(
     for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
         if not indoor[group].all():
             continue
-        whole = shapely.union_all(cells[group])
+        whole = _union(cells[group])
         whole = whole.buffer(-_MIN_WIDTH / 2, join_style="mitre").buffer(_MIN_WIDTH / 2, join_style="mitre")
         faced = inside[group].sum() / max(whole.length, 1e-9)
         # What hangs together by a strip too narrow for a room is two.
@@ -225,7 +225,9 @@ def continue_circles(faces: Sequence[Face]) -> FloatArray:
             curves.setdefault(face.curve, []).append(face)
     lines = [np.zeros((0, 4))]
     for circle, chords in arcs_of(list(curves.values())):
-        for last, face in pairwise([*chords, chords[0]]):
+        # What is less than half a circle does not close.
+        closes = int(sum(chord.length for chord in chords) > np.pi * abs(circle[2]))
+        for last, face in pairwise([*chords, *chords[:closes]]):
             if 1e-6 < np.hypot(*(face.start - last.end)) < _DOOR:
                 points = np.array([last.end, *along_circle(last.end, face.start, circle), face.start])
                 lines.append(np.hstack([points[:-1], points[1:]]))

@@ -241,7 +241,7 @@ def _bridged(run: list[Face], circle: FloatArray | None) -> list[_Piece]:
 
 
 def along_circle(start: FloatArray, end: FloatArray, circle: FloatArray) -> FloatArray:
-    """Points (n, 2) between two points on a circle (centre and radius, m), less than 0.3 m from one to the next."""
+    """Points (n, 2) between two points on a circle (centre and radius, m), some 0.3 m from one to the next."""
     relative = np.array([start, end]) - circle[:2]
     angle = np.unwrap(np.arctan2(relative[:, 1], relative[:, 0]))
     turns = np.linspace(angle[0], angle[-1], int(np.hypot(*(end - start)) / 0.3) + 2)[1:-1]

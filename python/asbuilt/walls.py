@@ -90,6 +90,8 @@ def find_walls(
     segments = segments - np.tile(origin, 2)
     holes = np.array([[*o.start, *o.end] for o in openings]).reshape(-1, 4) - np.tile(origin, 2)
     pieces = _join(_pieces(segments, [face.curve for face in faces]), holes)
+    if not pieces:
+        return ()
     pieces = _over_openings(pieces, holes, unseen_thickness)
     bodies = [_body(piece, unseen_thickness) for piece in pieces]
     outlines, centrelines = _close_junctions(bodies)

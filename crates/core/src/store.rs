@@ -97,8 +97,6 @@ impl Stored {
         let mut file = File::open(path).map_err(|e| Error::io(path, e))?;
         Read::by_ref(&mut file).take(HEAD as u64).read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
         check_head(&head).map_err(|error| error.of(path))?;
-        let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
-        head.reserve_exact(usize::try_from(length).unwrap_or_default());
         file.read_to_end(&mut head).map_err(|e| Error::io(path, e))?;
         Self::of(head, path)
     }

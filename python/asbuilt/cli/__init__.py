@@ -36,7 +36,7 @@ from asbuilt.cli.label import label_command
 from asbuilt.cli.plan import plan_command
 from asbuilt.errors import AsBuiltError
 
-_WIDTH = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
+_CONTEXT = {"help_option_names": ["-h", "--help"], "max_content_width": 100}
 
 
 class _InOrder(click.Group):
@@ -46,7 +46,7 @@ class _InOrder(click.Group):
         return list(self.commands)
 
 
-@click.group("asbuilt", cls=_InOrder, context_settings=_WIDTH)
+@click.group("asbuilt", cls=_InOrder, context_settings=_CONTEXT)
 @click.version_option(asbuilt.__version__, message="asbuilt %(version)s", help="Print the version.")
 def _asbuilt() -> None:
     """As-built floor plans from registered laser scans.
@@ -103,6 +103,9 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         code = _fail(130, "interrupted")
     except AsBuiltError as error:
         code = _fail(2, str(error))
+    except BrokenPipeError:  # where there is no SIGPIPE
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        code = 1
     except MemoryError:
         code = _fail(2, "out of memory; a larger --voxel needs less")
     except Exception as error:

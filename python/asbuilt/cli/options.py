@@ -29,6 +29,14 @@ class Option(click.Option):
 class Command(click.Command):
     """A command whose help tells its options under their headings."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Parse them; errors know which command's help tells how."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or ctx
+            raise
+
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write them, each heading where its first option stands."""
         headings: dict[str, list[tuple[str, str]]] = {}
