@@ -29,6 +29,8 @@ _MET = (0.22, 0.12)
 """A stretch shorter than the first, beyond a gap longer than the second, is another wall met end on, m."""
 _ABOVE = (0.5, 0.6)
 """No wall stands where the ceiling goes on behind it over more than a share of so many metres each way."""
+_FILLED = 0.65
+"""What fills more of what a well seen wall does is one, though the floor goes on behind it: its line may be askew."""
 LEAF_WIDTH = 1.3
 """Shorter things about which one can walk are door leaves, m."""
 _SEEN = 0.35
@@ -312,7 +314,7 @@ def _looks_like_a_wall(elevations: Elevations, steps: slice, under_ceiling: Floa
         return False  # outside, or in a window's reveal
     if not shows(front, whole.mean()) and under_ceiling.mean() < 0.5:
         return False  # a facade, of which windows show what is lower
-    filled = upper.mean() > 0.7 and whole.mean() > 0.7 and ceiling_behind < 0.3
+    filled = min(upper.mean(), whole.mean()) > _FILLED and ceiling_behind < 0.3
     if (floor_behind > 0.45 and not filled) or (ceiling_behind > 0.45 and upper.mean() < 0.3):
         return False  # in the middle of a room
     if elevations.top[steps].mean() < 0.1 * full and elevations.lower[steps].mean() > 0.5 * full:
