@@ -139,6 +139,7 @@ def test_a_bad_input_is_one_line_that_names_the_file(command, name, content, roo
         ["--unit", "mile"], ["--up", "w"], ["--crs", "25832"], ["--preset", "best"], ["--storey", 7],
         ["--fill-gap", -1], ["--hough", "both"], ["--slices", 0], ["--band", 2, 1], ["--cross-sections", "some"],
         ["--set", "rho=1"], ["--set", "lines.rho=1"], ["--set", "no.rho=1"], ["--set", "lines.rho_step=wide"],
+        ["--set", "lines.max_lines=3.5"], ["--set", "lines.rho_step=true"], ["--set", "walls.bridge=wide"],
     ],
     ids=lambda wrong: " ".join(map(str, wrong)),
 )  # fmt: skip

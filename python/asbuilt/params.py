@@ -11,9 +11,13 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from numbers import Integral, Real
+from typing import TYPE_CHECKING, Any, Literal
 
 from asbuilt.errors import ParameterError
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 
 def _check(condition: bool, name: str, value: object, expected: str) -> None:
@@ -21,11 +25,19 @@ def _check(condition: bool, name: str, value: object, expected: str) -> None:
         raise ParameterError(f"{name} = {value}: expected {expected}")
 
 
-def _check_finite(stage: str, parameters: object) -> None:
-    for name, value in vars(parameters).items():
+_KINDS = {"float": (Real, "a number"), "int": (Integral, "a whole number"), "bool": (bool, "true or false")}
+"""What values of fields may be, and its name, by what they are declared as."""
+
+
+def _check_values(stage: str, parameters: DataclassInstance) -> None:
+    for declared in dataclasses.fields(parameters):
+        name, value = f"{stage}.{declared.name}", getattr(parameters, declared.name)
+        if declared.type in _KINDS:
+            kind, expected = _KINDS[str(declared.type)]
+            _check(isinstance(value, kind) and isinstance(value, bool) == (kind is bool), name, value, expected)
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float):
-                _check(math.isfinite(number), f"{stage}.{name}", value, "a finite number")
+                _check(math.isfinite(number), name, value, "a finite number")
 
 
 @dataclass(frozen=True)
@@ -47,7 +59,7 @@ class EvidenceParameters:
     preview: bool = False
 
     def __post_init__(self) -> None:
-        _check_finite("evidence", self)
+        _check_values("evidence", self)
         _check(0 < self.voxel <= 1, "evidence.voxel", self.voxel, "a length in (0, 1] m")
 
 
@@ -69,7 +81,7 @@ class StoreyParameters:
     slab: float = 0.1
 
     def __post_init__(self) -> None:
-        _check_finite("storeys", self)
+        _check_values("storeys", self)
         _check(self.voxel > 0, "storeys.voxel", self.voxel, "a length above 0 m")
         _check(self.headroom > 0.5, "storeys.headroom", self.headroom, "more than 0.5 m")
         _check(0 <= self.min_area_share <= 1, "storeys.min_area_share", self.min_area_share, "a share in [0, 1]")
@@ -94,7 +106,7 @@ class CrossSectionParameters:
     band: tuple[float, float] = (1.0, 2.5)
 
     def __post_init__(self) -> None:
-        _check_finite("cross_sections", self)
+        _check_values("cross_sections", self)
         _check(self.select in ("all", "band", "lowest"), "cross_sections.select", self.select, "all, band or lowest")
         _check(self.slice > 0, "cross_sections.slice", self.slice, "a length above 0 m")
         _check(self.count > 0, "cross_sections.count", self.count, "at least 1")
@@ -131,7 +143,7 @@ class LineParameters:
     max_lines: int = 100_000
 
     def __post_init__(self) -> None:
-        _check_finite("lines", self)
+        _check_values("lines", self)
         _check(self.method in ("incremental", "batch"), "lines.method", self.method, "incremental or batch")
         _check(0 < self.theta_step <= 1.6, "lines.theta_step", self.theta_step, "an angle in (0, 1.6] rad")
         _check(self.rho_step > 0, "lines.rho_step", self.rho_step, "more than 0 voxels")
@@ -179,7 +191,7 @@ class RefineParameters:
     merge_gap: float = 0.7
 
     def __post_init__(self) -> None:
-        _check_finite("refine", self)
+        _check_values("refine", self)
         _check(0 <= self.merge_angle < 0.8, "refine.merge_angle", self.merge_angle, "an angle in [0, 0.8) rad")
         _check(self.merge_distance >= 0, "refine.merge_distance", self.merge_distance, "a length of at least 0 m")
         _check(self.merge_gap >= 0, "refine.merge_gap", self.merge_gap, "a length of at least 0 m")
@@ -218,7 +230,7 @@ class WallParameters:
     unseen_thickness: float = 0.1
 
     def __post_init__(self) -> None:
-        _check_finite("walls", self)
+        _check_values("walls", self)
         _check(0 < self.unseen_thickness < 1, "walls.unseen_thickness", self.unseen_thickness, "a length in (0, 1) m")
         _check(0 < self.band < 0.2, "walls.band", self.band, "a length in (0, 0.2) m")
         for name in ("min_profile", "trace_gap", "bridge", "closing", "extend", "trim", "min_length"):
@@ -270,12 +282,13 @@ class Parameters:
         for stage, change in stages.items():
             if stage not in {f.name for f in dataclasses.fields(self)}:
                 raise ParameterError(f"parameters have no stage {stage!r}")
-            try:
-                changes[stage] = (
-                    dataclasses.replace(getattr(self, stage), **change) if isinstance(change, dict) else change
-                )
-            except TypeError as error:
-                raise ParameterError(f"{stage}: {error}") from error
+            if isinstance(change, dict):
+                names = [known.name for known in dataclasses.fields(getattr(self, stage))]
+                unknown = next((name for name in change if name not in names), None)
+                if unknown is not None:
+                    raise ParameterError(f"{stage}.{unknown}: no such parameter; {stage} has {', '.join(names)}")
+                change = dataclasses.replace(getattr(self, stage), **change)
+            changes[stage] = change
         return dataclasses.replace(self, **changes)
 
     def as_dict(self) -> dict[str, Any]:
