@@ -133,6 +133,15 @@ def test_a_link_goes_on_pointing_and_the_mode_is_the_users(one_storey, tmp_path)
     assert stat.S_IMODE((tmp_path / "real.svg").stat().st_mode) == 0o640
 
 
+def test_a_pipe_stays_a_pipe(one_storey, tmp_path):
+    os.mkfifo(tmp_path / "pipe.svg")
+    (tmp_path / "link.svg").symlink_to(tmp_path / "pipe.svg")
+    for name in ("pipe.svg", "link.svg"):
+        with pytest.raises(OutputError, match="is a device or a pipe"):
+            export(one_storey, tmp_path / name)
+    assert stat.S_ISFIFO((tmp_path / "pipe.svg").stat().st_mode)
+
+
 def test_an_unknown_suffix_gets_the_list_of_known_ones(tmp_path):
     for name in ("plan.docx", "plan", ".dxf"):
         with pytest.raises(OutputError, match=r"\.geojson.*\.dxf.*\.svg.*\.png"):

@@ -20,14 +20,20 @@ def check_place(path: Path) -> None:
 
     Raises
     ------
-    OutputError : the folder is missing or may not be written to, or `path` is a folder.
+    OutputError : the folder is missing or may not be written to, or `path` is a folder, a device or a pipe.
     """
-    if path.is_dir():
-        raise OutputError(f"{path}: is a folder, expected a file to write to")
+    _check_file(path)
     if not path.parent.is_dir():
         raise OutputError(f"{path}: the folder {path.parent} does not exist; create it first")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         raise OutputError(f"{path}: no permission to write in the folder {path.parent}")
+
+
+def _check_file(path: Path) -> None:
+    """That nothing is at `path` which a file must not take the place of."""
+    if path.exists() and not path.is_file():
+        what = "a folder" if path.is_dir() else "a device or a pipe"
+        raise OutputError(f"{path}: is {what}, expected a file to write to")
 
 
 @contextlib.contextmanager
@@ -40,8 +46,10 @@ def replacing(path: Path) -> Iterator[Path]:
 
     Raises
     ------
-    OutputError : the folder may not be written to, its name is no text, or the disk is full.
+    OutputError : `path` is a folder, a device or a pipe; the folder may not be written to, its name is no text, or the
+        disk is full.
     """
+    _check_file(path)
     target = Path(os.path.realpath(path))  # a link goes on pointing to the file that it names
     try:
         with tempfile.TemporaryDirectory(prefix=".asbuilt-", dir=target.parent) as folder:
