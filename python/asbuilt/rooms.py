@@ -133,11 +133,9 @@ def find_rooms(
     between = (edges.left >= 0) & (edges.right >= 0) & (edges.facing == 0) & (edges.length > _SLIT)
     between[between] &= indoor[edges.left[between]] & indoor[edges.right[between]]
     open_edges = np.flatnonzero(between)
-    width = _width(edges.ends[open_edges], lines[len(segments) :])
-    parted = _parts(edges.ends[open_edges], width, segments, voxels) | _in_openings(
-        edges.ends[open_edges], openings, voxels
-    )
-    parted |= _width(edges.ends[open_edges], closed) > 0
+    ends = edges.ends[open_edges]
+    parted = _parts(ends, _width(ends, lines[len(segments) :]), segments, voxels)
+    parted |= _in_openings(ends, openings, voxels) | (_width(ends, closed) > 0)
     open_edges = open_edges[~parted]
     rooms = []
     for group in _groups(len(cells), edges.left[open_edges], edges.right[open_edges]):
@@ -481,12 +479,9 @@ def _in_openings(ends: FloatArray, openings: Sequence[Opening], voxels: StoreyVo
     way = way / np.maximum(np.hypot(*way.T), 1e-9)[:, None]
     within = np.zeros(len(ends), dtype=np.bool_)
     for opening in openings:
-        start, along = (
-            opening.start - voxels.origin,
-            np.subtract(opening.end, opening.start) / max(opening.length, 1e-9),
-        )
-        place = (middle - start) @ along
-        aside = (middle - start) @ np.array([-along[1], along[0]])
+        along = np.subtract(opening.end, opening.start) / max(opening.length, 1e-9)
+        apart = middle - (opening.start - voxels.origin)
+        place, aside = apart @ along, apart @ np.array([-along[1], along[0]])
         parallel = np.abs(way @ along) > 0.98
         within |= parallel & (place > 0) & (place < opening.length) & (np.abs(aside) < _JAMB)
     return within

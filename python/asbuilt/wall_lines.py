@@ -103,7 +103,7 @@ def fit_lines(lines: FloatArray, places: _core.Places, weights: FloatArray, band
         line, point, along, offset = places.strips(lines, band, band)
         weight = weights[point]
         if fitted:
-            weight = weight * np.clip(1 - (offset / band) ** 2, 0, None) ** 2
+            weight = weight * (1 - (offset / band) ** 2) ** 2
 
         def total(values: FloatArray, line: IntArray = line, weight: FloatArray = weight) -> FloatArray:
             return np.bincount(line, weight * values, minlength=count).astype(np.float64, copy=False)

@@ -37,6 +37,8 @@ _BLANK = 6
 """Columns after each side that stay empty, so that a look around a cell never leaves its side."""
 _ABOUT = 5.0
 """Only what lies this near along a side counts for the depth of its wall, m."""
+_SLOT = 0.02
+"""Depths behind a plane are counted in steps of this, m."""
 _BACK = (20, 0.004)
 """So many voxels at one depth behind filled cells are the other side of the wall; in all, and for each such cell."""
 _PARTITION = 0.2
@@ -321,9 +323,9 @@ def _twins(faces: list[Face], segments: FloatArray, middle: FloatArray, piece: I
 
 def _back(column: IntArray, depth: FloatArray, filled: IntArray, first: IntArray, step: float) -> FloatArray:
     """The least depth (c,), m, at which many of the voxels (h,) behind the filled cells about each column lie."""
-    slots = int(np.ceil(DEPTH / 0.02)) + 1
+    slots = int(np.ceil(DEPTH / _SLOT)) + 1
     total = len(filled)
-    counts = np.bincount(column * slots + (depth / 0.02).astype(np.int64), minlength=total * slots)
+    counts = np.bincount(column * slots + (depth / _SLOT).astype(np.int64), minlength=total * slots)
     counts = counts.reshape(total, slots)
     about = 2 * round(_ABOUT / step) + 1
     shown = [counts, counts > 0, filled[:, None], filled[:, None] > 0]
@@ -333,10 +335,10 @@ def _back(column: IntArray, depth: FloatArray, filled: IntArray, first: IntArray
     many = dense >= np.maximum(_BACK[0], _BACK[1] * cells)
     many &= dense > 1.5 * np.pad(dense, ((0, 0), (1, 0)))[:, :-1]
     # The other side of a partition is seen from its own room, not in one place alone as what a mirror shows.
-    thin = round(_PARTITION / 0.02)
+    thin = round(_PARTITION / _SLOT)
     many[:, :thin] &= (wide > _ALONG * columns)[:, :thin]
     many[:, :2] = False
-    depths: FloatArray = np.where(many.any(axis=1), many.argmax(axis=1) * 0.02, DEPTH)
+    depths: FloatArray = np.where(many.any(axis=1), many.argmax(axis=1) * _SLOT, DEPTH)
     return depths
 
 
