@@ -140,6 +140,8 @@ def test_a_bad_input_is_one_line_that_names_the_file(command, name, content, roo
         ["--fill-gap", -1], ["--hough", "both"], ["--slices", 0], ["--band", 2, 1], ["--cross-sections", "some"],
         ["--set", "rho=1"], ["--set", "lines.rho=1"], ["--set", "no.rho=1"], ["--set", "lines.rho_step=wide"],
         ["--set", "lines.max_lines=3.5"], ["--set", "lines.rho_step=true"], ["--set", "walls.bridge=wide"],
+        ["--max-lines", 3], ["--hough", "batch"], ["--set", "storeys.slab=0"], ["--snap-deg", 3],
+        ["--preset", "paper", "--unseen-thickness", 0.2], ["--preset", "paper", "--band", 1, 2, "--slices", 3],
     ],
     ids=lambda wrong: " ".join(map(str, wrong)),
 )  # fmt: skip
@@ -148,6 +150,15 @@ def test_a_bad_argument_is_one_line_and_leaves_no_output(wrong, room, run, tmp_p
     assert code == 2
     assert one_line(err)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_option_that_the_preset_or_the_outputs_do_not_read_is_told_with_the_one_that_does(room, run, tmp_path):
+    _, _, err = run("plan", room, "-o", tmp_path / "plan.dxf", "--max-lines", 3)
+    assert err.startswith("asbuilt: lines.max_lines = 3: preset default does not read it;")
+    assert "preset paper" in err
+    code, _, err = run("plan", room, "-o", tmp_path / "plan.geojson", "--scale", "1:50", "--north", 3)
+    assert (code, err.partition(":")[2].strip()[:16]) == (2, "--scale, --north")
+    assert one_line(err)
 
 
 def test_skip_bad_goes_on_lists_what_it_left_out_and_exits_3(room, run, tmp_path):

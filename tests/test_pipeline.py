@@ -175,6 +175,27 @@ def test_parameters_out_of_range_are_refused(stage: str, change: dict[str, objec
         Parameters().replace(**{stage: change})
 
 
+@pytest.mark.parametrize(
+    ("preset", "stage", "change"),
+    [
+        ("default", "lines", {"max_lines": 3}),
+        ("default", "cross_sections", {"select": "all"}),
+        ("default", "storeys", {"slab": 0.0}),
+        ("paper", "walls", {"bridge": 3.0}),
+        ("paper", "cross_sections", {"band": (0.5, 1.0)}),  # without select
+    ],
+)
+def test_parameters_that_nothing_would_read_are_refused(preset: str, stage: str, change: dict[str, object]) -> None:
+    (name,) = change
+    with pytest.raises(ParameterError, match=rf"^{stage}\.{name} = "):
+        Parameters.preset(preset).replace(**{stage: change})
+
+
+def test_parameters_of_another_method_come_with_it() -> None:
+    changed = Parameters().replace(method="paper", lines={"max_lines": 3})
+    assert (changed.method, changed.lines.max_lines) == ("paper", 3)
+
+
 def test_parameters_are_written_whole() -> None:
     parameters = Parameters().replace(walls={"bridge": 3.0})
     plan = extract_floor_plan(evidence_from_points(FLAT), parameters, crs="EPSG:25832")

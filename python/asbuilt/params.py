@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from numbers import Integral, Real
 from typing import TYPE_CHECKING, Any, Literal
@@ -111,6 +112,10 @@ class CrossSectionParameters:
         _check(self.slice > 0, "cross_sections.slice", self.slice, "a length above 0 m")
         _check(self.count > 0, "cross_sections.count", self.count, "at least 1")
         _check(self.band[0] < self.band[1], "cross_sections.band", self.band, "the lower height first")
+        if self.count != CrossSectionParameters.count:
+            _check(self.select == "lowest", "cross_sections.count", self.count, "select = lowest with it")
+        if self.band != CrossSectionParameters.band:
+            _check(self.select == "band", "cross_sections.band", self.band, "select = band with it")
 
 
 @dataclass(frozen=True)
@@ -237,6 +242,15 @@ class WallParameters:
             _check(getattr(self, name) >= 0, f"walls.{name}", getattr(self, name), "a length of at least 0 m")
 
 
+_PRESET_OF = {"paper": "paper", "profile": "default"}
+"""The preset of each method."""
+_READ_BY_ONE = {
+    "paper": ("storeys.slab", "cross_sections", "lines", "orientation", "refine"),
+    "profile": ("walls",),
+}
+"""Stages, and parameters of others, that one method alone reads."""
+
+
 @dataclass(frozen=True)
 class Parameters:
     """All parameters of a run.
@@ -245,6 +259,10 @@ class Parameters:
     ----------
     method : "paper" finds walls by sections 3.2 to 3.4 and 5.3; "profile" by the vertical profile of each cell
         (not in the paper; see `asbuilt.profiles` to `asbuilt.corners`).
+
+    Raises
+    ------
+    ParameterError : a parameter was changed that the method does not read.
     """
 
     preset_name: str = "default"
@@ -256,6 +274,26 @@ class Parameters:
     orientation: OrientationParameters = field(default_factory=OrientationParameters)
     refine: RefineParameters = field(default_factory=RefineParameters)
     walls: WallParameters = field(default_factory=WallParameters)
+
+    def __post_init__(self) -> None:
+        _check(self.method in _PRESET_OF, "method", self.method, "paper or profile")
+        for method, alone in _READ_BY_ONE.items():
+            changed = (
+                () if method == self.method else ((name, value) for s in alone for name, value in self._changed(s))
+            )
+            for name, value in changed:
+                raise ParameterError(
+                    f"{name} = {value}: preset {_PRESET_OF[self.method]} does not read it; leave it out, or take "
+                    f"preset {_PRESET_OF[method]}, which does"
+                )
+
+    def _changed(self, name: str) -> Iterator[tuple[str, object]]:
+        """Names and values of a stage's parameters, or of one of them, that are not the defaults."""
+        stage = name.partition(".")[0]
+        for own in dataclasses.fields(getattr(self, stage)):
+            value = getattr(getattr(self, stage), own.name)
+            if name in (stage, f"{stage}.{own.name}") and value != own.default:
+                yield f"{stage}.{own.name}", value
 
     @classmethod
     def preset(cls, name: str = "default") -> Parameters:

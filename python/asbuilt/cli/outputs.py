@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from asbuilt.cli.options import PATH, option
-from asbuilt.errors import AsBuiltError
+from asbuilt.errors import AsBuiltError, ParameterError
 from asbuilt.export import check_output, drawn_to_scale, export, known_suffixes
 from asbuilt.export.sheet import SheetOptions
 
@@ -55,6 +55,9 @@ def check_outputs(outputs: Sequence[Path], **options: Any) -> dict[str, Any]:
     for path in outputs:
         check_output(path)
     SheetOptions(**options)
+    given = [f"--{name}" for name, value in options.items() if value is not None]
+    if given and not any(map(drawn_to_scale, outputs)):
+        raise ParameterError(f"{', '.join(given)}: none of the outputs is a drawing to scale (.dxf .svg .pdf)")
     return options
 
 

@@ -20,10 +20,13 @@ if TYPE_CHECKING:
     from asbuilt.plan import FloorPlan
 
 
-def _method(metavar: str, text: str, *names: str, kind: Any = str, **options: Any) -> Callable[[Any], Any]:
-    """An option of the method: without it the preset's value holds, so it has no default of its own."""
-    heading = "Parameters of the method, by the paper's section (default: the preset's)"
-    return option(*names, metavar=metavar, type=kind, help=text, heading=heading, **options)
+_PARAMETERS = "Parameters (default: the preset's)"
+
+
+def _method(metavar: str, text: str, *names: str, kind: Any = str) -> Callable[[Any], Any]:
+    """An option of the paper's method: without it the preset's value holds, so it has no default of its own."""
+    heading = "Parameters that --preset paper alone reads, by the paper's section (default: its own)"
+    return option(*names, metavar=metavar, type=kind, help=text, heading=heading)
 
 
 @click.command("plan", cls=Command, no_args_is_help=True)
@@ -46,7 +49,15 @@ def _method(metavar: str, text: str, *names: str, kind: Any = str, **options: An
 @skip_bad
 @threads
 @drawing
-@_method("METRES", "Side of an evidence voxel (3.1).", "--voxel", kind=float)
+@option("--voxel", metavar="METRES", type=float, heading=_PARAMETERS, help="Side of an evidence voxel (3.1).")
+@option(
+    "--unseen-thickness", metavar="METRES", type=float, heading=_PARAMETERS,
+    help="Draw a wall of which one side was seen this thick (not in the paper, nor with --preset paper).",
+)  # fmt: skip
+@option(
+    "--set", "settings", metavar="STAGE.NAME=VALUE", multiple=True, heading=_PARAMETERS,
+    help="Any other parameter, such as walls.bridge=3.",
+)  # fmt: skip
 @_method("K", "Keep cells above mean + k sigma (3.3).", "-k", "--sigmas", kind=float)
 @_method("incremental|batch", "Lines one at a time or all at once (5.2).", "--hough")
 @_method("METRES", "Bridge gaps in a line up to this (3.3).", "--fill-gap", kind=float)
@@ -58,10 +69,6 @@ def _method(metavar: str, text: str, *names: str, kind: Any = str, **options: An
 @_method("all|band|lowest", "Heights that count: all, a band, or the slices that hold least (5.3).", "--cross-sections")
 @_method("N", "How many slices that hold least (5.3).", "--slices", kind=int)
 @_method("LOW HIGH", "The band, metres above the floor (5.3).", "--band", kind=(float, float))
-@_method(
-    "METRES", "Draw a wall of which one side was seen this thick (not in the paper).", "--unseen-thickness", kind=float
-)
-@_method("STAGE.NAME=VALUE", "Any other parameter, such as lines.rho_step=0.5.", "--set", "settings", multiple=True)
 def plan_command(
     inputs: tuple[Path, ...],
     output: tuple[Path, ...],
