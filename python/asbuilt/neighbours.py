@@ -24,17 +24,19 @@ def near_pairs(segments: FloatArray, others: FloatArray, within: float) -> tuple
     return segment[order], other[order]
 
 
-def near_boxes(segments: FloatArray, within: float) -> tuple[IntArray, IntArray]:
-    """Pairs of segments (n, 4), m, whose boxes come within a distance (m) of each other along both axes: all that
-    `near_pairs` finds and some more, much faster.
+def near_ahead(segments: FloatArray, ahead: float, aside: float) -> tuple[IntArray, IntArray]:
+    """Pairs of segments (n, 4), m, and those whose boxes meet theirs, if each goes on by so much at both ends and is so
+    much wider to both sides: all that may continue it.
 
     Returns
     -------
     segment, other : (k,) indices, in their order; each is a pair with itself, too.
     """
-    low, high = np.minimum(segments[:, :2], segments[:, 2:]), np.maximum(segments[:, :2], segments[:, 2:])
+    start, end = segments[:, :2], segments[:, 2:]
+    further = ahead * (end - start) / np.maximum(np.hypot(*(end - start).T), 1e-12)[:, None]
+    ends = np.stack([start - further, end + further])
     tree = shapely.STRtree(_shapes(segments))
-    segment, other = tree.query(shapely.box(*(low - within).T, *(high + within).T))
+    segment, other = tree.query(shapely.box(*(ends.min(axis=0) - aside).T, *(ends.max(axis=0) + aside).T))
     order = np.lexsort((other, segment))
     return segment[order], other[order]
 

@@ -92,8 +92,7 @@ def draw_room_faces(
     segments = np.array([[*side.start, *side.end] for side in sides]).reshape(-1, 4)
     near_faces = [np.array(near, dtype=np.int64) for near in near_each(segments, segments_of(faces), _DOUBLE + _SLACK)]
     near_holes, near_panes = (near_each(segments, some.reshape(-1, 4), _BEHIND + _SLACK) for some in (holes, panes))
-    middles = np.array([(face.start + face.end) / 2 for face in faces]).reshape(-1, 2)
-    ways = np.array([face.along for face in faces]).reshape(-1, 2)
+    stand_ins = _StandIns(faces)
     for side, near, about, glass in zip(sides, near_faces, near_holes, near_panes, strict=True):
         place, aside = side.place(tips[near])
         if (
@@ -123,7 +122,7 @@ def draw_room_faces(
                 continue
             model = min(own, key=lambda f: -_shared(side, f, low, high), default=None)
             if model is None:
-                model = faces[_nearest(middles, ways, side)]
+                model = stand_ins.of(side)
             fixed = (low < 0.01, high > side.length - 0.01)
             start = side.start if fixed[0] else side.start + low * side.along
             end = side.end if fixed[1] else side.start + high * side.along
@@ -174,11 +173,12 @@ def _is_double(tips: FloatArray, sides: Sequence[_Side], near_faces: Sequence[In
 def _is_reveal(tips: FloatArray, windows: FloatArray) -> BoolArray:
     """Which faces (n, 2, 2) lie across the ends of windows (m, 2, 2), no farther from them than walls are thick."""
     reveal = np.zeros(len(tips), dtype=np.bool_)
-    for start, end in windows:
+    about = near_each(windows.reshape(-1, 4), tips.reshape(-1, 4), _BEHIND + _BESIDE + _SLACK)
+    for (start, end), near in zip(windows, about, strict=True):
         window = _Side(start, end)
-        place, aside = window.place(tips)
+        place, aside = window.place(tips[near])
         from_end = np.minimum(np.abs(place), np.abs(place - window.length))
-        reveal |= ((from_end < _BESIDE) & (np.abs(aside) < _BEHIND)).all(axis=1)
+        reveal[near] |= ((from_end < _BESIDE) & (np.abs(aside) < _BEHIND)).all(axis=1)
     return reveal
 
 
@@ -284,10 +284,22 @@ def _shared(side: _Side, face: Face, low: float, high: float) -> float:
     return float(min(place.max(), high) - max(place.min(), low))
 
 
-def _nearest(middles: FloatArray, ways: FloatArray, side: _Side) -> int:
-    """The face nearest to a side among those most parallel to it, whose elevation stands in for the side's own.
+class _StandIns:
+    """Faces whose elevation may stand in for that of a side without any."""
 
-    Told by the middles (n, 2), m, of all faces and their directions (n, 2).
-    """
-    apart = np.hypot(*(middles - (side.start + side.end) / 2).T)
-    return int(np.argmin(apart + 100 * (1 - np.abs(ways @ side.along))))
+    def __init__(self, faces: Sequence[Face]) -> None:
+        self.faces: Sequence[Face] = faces
+        self.middles = np.array([(face.start + face.end) / 2 for face in faces]).reshape(-1, 2)
+        self.ways = np.array([face.along for face in faces]).reshape(-1, 2)
+        self.tree = shapely.STRtree(shapely.points(self.middles))
+
+    def of(self, side: _Side) -> Face:
+        """The nearest among the faces most parallel to a side."""
+        middle = (side.start + side.end) / 2
+        for within in (4.0, 32.0, np.inf):
+            near = np.sort(self.tree.query(shapely.box(*(middle - within), *(middle + within))))
+            apart = np.hypot(*(self.middles[near] - middle).T)
+            apart += 100 * (1 - np.abs(self.ways[near] @ side.along))
+            if apart.min(initial=np.inf) < within:
+                break  # whatever lies further away is no nearer, be it as parallel as can be
+        return self.faces[int(near[apart.argmin()])]

@@ -11,12 +11,14 @@ import numpy as np
 
 from asbuilt import _core
 from asbuilt.grid import BoolArray, FloatArray, IntArray
-from asbuilt.neighbours import near_boxes, of_each
+from asbuilt.neighbours import near_ahead, of_each
 from asbuilt.params import WallParameters
 from asbuilt.profiles import Columns, StoreyVoxels
 
 _MIN_WEIGHT = 0.12
 """Filled area that makes a line worth following, m^2."""
+_TURNED = (0.03, 0.01)
+"""Lines that continue each other are turned by less than this (sine of the angle): near ones, and those further on."""
 
 
 def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallParameters) -> FloatArray:
@@ -43,7 +45,9 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
     order = np.argsort(-strength, kind="stable")
     lines = lines[order]
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    pairs = near_boxes(lines, parameters.bridge + parameters.band)
+    # What continues one line of those that were joined may be turned against the first of them.
+    aside = 3 * parameters.band + _TURNED[0] * parameters.bridge
+    pairs = near_ahead(lines, 1.01 * parameters.bridge, aside)
     about = of_each(len(lines), *pairs)
     in_line = _in_line(lines, length, *pairs, parameters)
     free = np.ones(len(lines), dtype=np.bool_)
@@ -66,7 +70,7 @@ def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallPara
             near = gap < 1.0
             same = gap < parameters.bridge
             same &= offset < np.where(near, parameters.band, 0.67 * parameters.band)
-            same &= turned < np.where(near, 0.03, 0.01)
+            same &= turned < np.where(near, *_TURNED)
             if not same.any():
                 break
             free[other[same]] = False
@@ -88,7 +92,7 @@ def _in_line(
     found = np.zeros(len(lines), dtype=np.bool_)
     # A little more than is asked for in the end, so that rounding leaves none out.
     near = (one != other) & (np.abs(offset).max(axis=1) < 1.01 * parameters.band) & (gap < 1.01 * parameters.bridge)
-    found[one[near & (np.abs(np.ptp(offset, axis=1)) < 0.031 * length[other])]] = True
+    found[one[near & (np.abs(np.ptp(offset, axis=1)) < 1.01 * _TURNED[0] * length[other])]] = True
     return found
 
 
