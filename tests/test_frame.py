@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 import asbuilt
 import buildings
 from asbuilt import InputError, evidence_from_points, extract_floor_plan
-from asbuilt.frame import check_upright, doubt_extent, doubt_unit, find_upward
-from asbuilt.plan import Door, Storey
+from asbuilt.frame import check_upright, doubt_extent, doubt_head, doubt_unit, find_upward
+from asbuilt.plan import Door, Storey, Window
+from asbuilt.read import UP_AXES
 from buildings import Scanner
 from rooms import box, box_room, level, noisy, wall, without, write_las
 
@@ -52,6 +54,28 @@ def test_a_building_on_its_side_is_refused_with_the_axis_that_is_up(axis: str) -
     with pytest.raises(InputError, match=rf"face {axis[-1]}.*--up {axis} .*--up z"):
         check_upright(lying)
     assert any(note.startswith("up: ") for note in extract_floor_plan(lying).notes)
+
+
+@pytest.mark.parametrize("said", ["z", "-z", "x", "-x"])
+def test_advice_names_the_axis_of_the_files_whatever_was_said_first(said: str, tmp_path: Path) -> None:
+    scan = write_las(tmp_path / "lying.las", FLAT @ LYING["-y"])
+    upward = find_upward(asbuilt.gather_evidence(asbuilt.read(scan, up=said)))
+    assert (upward.axis, upward.instead) == ("-y", said)
+    assert find_upward(asbuilt.gather_evidence(asbuilt.read(scan, up=upward.axis))) is None
+
+
+def test_a_building_on_its_head_is_told_by_doors_that_hang_from_the_ceiling() -> None:
+    def said(*doors: Door, up: str = "z", sill: float = 0.6, ceiling: float = 2.65) -> str | None:
+        windows = [Window((0, 0), (width, 0), sill=sill, head=2.65) for width in (0.9, 1.8)]
+        nothing = evidence_from_points(np.zeros((0, 3)))
+        storey = Storey(0, 0.0, ceiling, windows=tuple(windows), doors=doors)
+        return doubt_head(replace(nothing, axes=UP_AXES[up]), [storey])
+
+    assert said().endswith("--up -z")
+    assert said(up="-y").endswith("--up y")
+    assert said(Door((0, 0), (0.9, 0), head=2.05)) is None
+    assert said(sill=1.2) is None
+    assert said(ceiling=3.0) is None
 
 
 def test_no_building_that_stands_is_doubted() -> None:

@@ -32,11 +32,13 @@ class Evidence:
     core : the voxels in their mergeable form.
     provenance : the files behind it.
     errors : the bad files that were left out.
+    axes : signed axes of the files that became x, y, z, as `PointCloud.axes`; evidence files do not tell them.
     """
 
     core: _core.Evidence
     provenance: Provenance = field(default=Provenance())
     errors: tuple[InputError, ...] = ()
+    axes: tuple[int, int, int] = (1, 2, 3)
 
     @classmethod
     def load(cls, path: PathLike) -> Evidence:

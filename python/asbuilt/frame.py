@@ -35,6 +35,12 @@ _CERTAIN, _DOUBTFUL = 5.0, 1.8
 _WALLS = 1.0
 """Walls between floor and ceiling within a building are longer than this, in sides of a square of its area; between the
 two sides of a lane is nothing."""
+_ON_HEAD = 0.15
+"""An opening that ends this near to floor or ceiling reaches it, m."""
+_DOOR_HEIGHT, _DOOR_WIDTH = (1.85, 2.3), 2.0
+"""Doors are so high, and less wide, m."""
+_HANGING = 2
+"""So many doors that hang from the ceiling are no windows."""
 _LEAST_AREA = 10.0
 """Less tells nothing, m2."""
 
@@ -45,29 +51,29 @@ class Upward:
 
     Attributes
     ----------
-    axis : as `read` takes it for `up`, such as "-y": from the plane with more standing on it to the other one.
-    areas : of the largest pair of planes that face x, y and z (3,), m2.
+    axis : of the files, as `read` takes it for `up`, such as "-y": from the plane with more standing on it to the other
+        one.
+    instead : the axis that was taken to point up.
+    areas : of the largest pair of planes that face the one and the other, m2.
     certain : no building stands like that.
     """
 
     axis: str
-    areas: tuple[float, float, float]
+    instead: str
+    areas: tuple[float, float]
     certain: bool
 
-    @property
-    def _reverse(self) -> str:
-        return self.axis[1:] if self.axis.startswith("-") else f"-{self.axis}"
-
     def __str__(self) -> str:
-        name, area = self.axis[-1], self.areas["xyz".index(self.axis[-1])]
+        area, other = self.areas
         return (
-            f"up: the largest floor and ceiling, {area:.0f} m2, face {name}, and of those that face z the largest have "
-            f"{self.areas[2]:.0f} m2; read the points with --up {self.axis} (or {self._reverse})"
+            f"up: the largest floor and ceiling, {area:.0f} m2, face {self.axis[-1]}, and of those that face "
+            f"{self.instead[-1]} the largest have {other:.0f} m2; read the points with --up {self.axis} "
+            f"(or {_reverse(self.axis)})"
         )
 
 
 def find_upward(evidence: Evidence) -> Upward | None:
-    """Which axis points up if it is not z; None where it is, and where nothing tells (no voxel, a single plane)."""
+    """Which axis points up if not the one that was taken to; None where it does or nothing tells (no voxel)."""
     factor = max(round(_CELL / evidence.voxel), 1)
     cells = np.ascontiguousarray(_core.coarser(evidence.index.astype(np.int32, copy=False), factor).T)
     every = max(len(evidence.index) // _SAMPLE, 1)
@@ -79,8 +85,8 @@ def find_upward(evidence: Evidence) -> Upward | None:
         return None
     certain = areas[best] >= _CERTAIN * areas[2] and areas[best] >= _CERTAIN / 2 * others.max()
     certain = certain and found[best].walls >= _WALLS * np.sqrt(areas[best])
-    name = "xyz"[best] if found[best].stands else f"-{'xyz'[best]}"
-    return Upward(name, (float(areas[0]), float(areas[1]), float(areas[2])), bool(certain))
+    axis = _axis_of_files(evidence, best if found[best].stands else best - 3)
+    return Upward(axis, _axis_of_files(evidence, 2), (float(areas[best]), float(areas[2])), bool(certain))
 
 
 def doubt_up(evidence: Evidence) -> str | None:
@@ -98,7 +104,40 @@ def check_upright(evidence: Evidence) -> None:
     """
     upward = find_upward(evidence)
     if upward is not None and upward.certain:
-        raise InputError(f"{upward}, else with --up z")
+        raise InputError(f"{upward}, else with --up {upward.instead}")
+
+
+def doubt_head(evidence: Evidence, storeys: Iterable[Storey]) -> str | None:
+    """A line where a building seems to stand on its head, or None: no door stands on a floor, and some hang.
+
+    On its head the lintel of a door lies on the floor, and its threshold at the ceiling; windows that reach so far down
+    from a ceiling are seldom as high and as wide as doors. Heights tell nothing: as much hangs as stands.
+    """
+    levels = list(storeys)
+    hanging = [
+        hole
+        for storey in levels
+        for hole in storey.windows
+        if hole.sill is not None and hole.head is not None and hole.sill > _ON_HEAD
+        if storey.ceiling - storey.floor - hole.head < _ON_HEAD
+        if _DOOR_HEIGHT[0] < hole.head - hole.sill < _DOOR_HEIGHT[1] and hole.width < _DOOR_WIDTH
+    ]
+    if len(hanging) < _HANGING or any(storey.doors for storey in levels):
+        return None
+    return (
+        f"up: no door stands on a floor, and {len(hanging)} openings of a door's size hang from the ceiling; if the "
+        f"building stands on its head, read the points with --up {_reverse(_axis_of_files(evidence, 2))}"
+    )
+
+
+def _axis_of_files(evidence: Evidence, axis: int) -> str:
+    """Name of the files' axis that became x, y or z (0 to 2), or their reverse (-3 to -1)."""
+    signed = evidence.axes[axis]
+    return f"{'-' if (signed < 0) != (axis < 0) else ''}{'xyz'[abs(signed) - 1]}"
+
+
+def _reverse(axis: str) -> str:
+    return axis[1:] if axis.startswith("-") else f"-{axis}"
 
 
 def doubt_unit(storeys: Iterable[Storey]) -> str | None:

@@ -228,7 +228,7 @@ def finish(cloud: PointCloud, evidence: Evidence, errors: Sequence[InputError]) 
     if evidence.points == 0:
         names = ", ".join(str(file.path) for file in cloud.files[:3])
         raise errors[0] if errors else InputError(f"{names}: no usable point found, expected at least one")
-    return dataclasses.replace(evidence, errors=tuple(errors))
+    return dataclasses.replace(evidence, errors=tuple(errors), axes=cloud.axes)
 
 
 def _make_folder(folder: Path) -> Path:

@@ -18,7 +18,7 @@ from asbuilt.errors import ParameterError
 from asbuilt.evidence import Evidence
 from asbuilt.faces import cut_openings, find_faces, measure_faces, score_steps, snap_to_jambs
 from asbuilt.final_pass import finish_faces
-from asbuilt.frame import doubt_extent, doubt_unit, doubt_up
+from asbuilt.frame import doubt_extent, doubt_head, doubt_unit, doubt_up
 from asbuilt.gather import gather_evidence
 from asbuilt.grid import FloatArray, IntArray
 from asbuilt.ground import ground_plane_histogram
@@ -106,7 +106,7 @@ def extract_floor_plan(
         else _plan_by_profiles(source, level, above, parameters, notes)
         for level, above in wanted
     ]
-    notes += filter(None, [doubt_unit(storeys)])
+    notes += filter(None, [doubt_unit(storeys), doubt_head(source, storeys)])
     return FloorPlan(tuple(storeys), parameters.as_dict(), source.inputs, crs or source.crs, tuple(notes))
 
 
