@@ -15,7 +15,7 @@ from asbuilt import FloorPlan, load_plan
 from asbuilt.errors import OutputError
 from asbuilt.export import export
 from asbuilt.export.schedules import schedules
-from asbuilt.plan import Storey, plan_from_geojson
+from asbuilt.plan import Room, Storey, plan_from_geojson
 from plans import EAST, NORTH, complete_plan
 from readback.tables import features as rows
 
@@ -131,6 +131,16 @@ def test_the_callers_gdal_keeps_its_own_date(tmp_path):
     before = pyogrio.get_gdal_config_option("OGR_CURRENT_DATE")
     export(complete_plan(), tmp_path / "plan.gpkg")
     assert pyogrio.get_gdal_config_option("OGR_CURRENT_DATE") == before
+
+
+def test_scans_in_a_room_are_counted_only_where_positions_are_known(tmp_path):
+    def counted(*scans):
+        rooms = [Room(((0, 0), (4, 0), (4, 3)), scans=keys) for keys in scans]
+        path, *_ = export(FloorPlan((Storey(0, 0.0, 2.5, rooms=tuple(rooms)),)), tmp_path / "plan.csv")
+        return [room["scans"] for room in table(path)]
+
+    assert counted(("one", "two"), ()) == ["2", "0"]
+    assert counted((), ()) == ["", ""]
 
 
 def test_csv_writes_three_schedules(tmp_path):

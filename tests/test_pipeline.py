@@ -196,6 +196,22 @@ def test_parameters_of_another_method_come_with_it() -> None:
     assert (changed.method, changed.lines.max_lines) == ("paper", 3)
 
 
+def test_what_was_not_measured_is_null() -> None:
+    evidence = evidence_from_points(FLAT)
+    written = [
+        feature["properties"]
+        for parameters in (Parameters(), Parameters.preset("paper").replace(lines={"sigmas": 0.0}))
+        for feature in extract_floor_plan(evidence, parameters).to_geojson()["features"]
+    ]
+    kinds = {"room": ("seen", "rms"), "door": ("rms",)}
+    assert kinds.keys() <= {properties["kind"] for properties in written}
+    for properties in written:
+        assert all(properties[name] is None for name in kinds.get(properties["kind"], ()))
+    confidences = [properties["confidence"] for properties in written if properties["kind"] == "wall_face"]
+    assert confidences[0] > 0.5
+    assert confidences[-1] is None  # the paper tells none
+
+
 def test_parameters_are_written_whole() -> None:
     parameters = Parameters().replace(walls={"bridge": 3.0})
     plan = extract_floor_plan(evidence_from_points(FLAT), parameters, crs="EPSG:25832")

@@ -358,6 +358,6 @@ def measure_faces(faces: list[Face], voxels: StoreyVoxels, storey: int) -> tuple
         (x1, y1), (x2, y2) = voxels.origin + face.start, voxels.origin + face.end
         start, end = (float(x1), float(y1)), (float(x2), float(y2))
         share = min(float(seen[i]) / max(np.ceil(face.length / step), 1), 1.0)
-        name, rms = f"S{storey}-F{i + 1}", float(np.sqrt(square[i]))
+        name, rms = f"S{storey}-F{i + 1}", float(np.sqrt(square[i])) if count[i] else None
         plan.append(WallFace(start, end, face.curve, id=name, seen=share, rms=rms, voxels=int(count[i])))
     return tuple(plan)

@@ -179,7 +179,7 @@ def _faces(segments: FloatArray, occupied: IntArray, voxel: float, level: Level)
         steps = max(int(np.ceil(np.hypot(x2 - x1, y2 - y1) / voxel)), 1)
         seen = len(np.unique((along[near] / voxel).astype(np.int64))) / steps
         voxels = len(offset[near])
-        rms = float(np.sqrt(np.mean(offset[near] ** 2))) if voxels else 0.0
+        rms = float(np.sqrt(np.mean(offset[near] ** 2))) if voxels else None
         face_id = f"S{level.index}-F{number + 1}"
         faces.append(WallFace((x1, y1), (x2, y2), id=face_id, seen=min(seen, 1.0), rms=rms, voxels=voxels))
     return tuple(faces)

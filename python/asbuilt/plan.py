@@ -53,19 +53,20 @@ class Element:
     Attributes
     ----------
     id : name within the plan, such as S0-W3; "" where it has none.
-    seen : share of its length (or of its outline) with points on it, 0..1.
-    rms : root mean square distance of its points to it, m.
+    seen : share of its length (or of its outline) with points on it, 0..1; None where it was not worked out.
+    rms : root mean square distance of its points to it, m; None likewise, and where there are none.
     voxels : number of evidence voxels that support it.
     sigma : standard deviation of its position by fit and registration, m; None where it cannot be told.
-    confidence : how likely it is real, 0..1; calibrated for wall faces: of those given 0.9, nine in ten are real.
+    confidence : how likely it is real, 0..1; calibrated for wall faces: of those given 0.9, nine in ten are real. None
+        where it was not worked out, as by the paper's preset.
     """
 
     id: str = ""
-    seen: float = 0.0
-    rms: float = 0.0
+    seen: float | None = None
+    rms: float | None = None
     voxels: int = 0
     sigma: float | None = None
-    confidence: float = 0.0
+    confidence: float | None = None
 
     @property
     def loa(self) -> str | None:

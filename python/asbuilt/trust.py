@@ -256,10 +256,11 @@ def _trust_wall(wall: Wall, faces: dict[str, WallFace]) -> Wall:
 
 def _trust_opening(opening: AnOpening, walls: dict[str, Wall]) -> AnOpening:
     wall = walls.get(opening.wall or "")
-    confidence = (1 + opening.seen) / 2 * (1.0 if wall is None else wall.confidence)
+    certain = 1.0 if wall is None or wall.confidence is None else wall.confidence
+    confidence = (1 + (opening.seen or 0.0)) / 2 * certain
     if wall is None or wall.sigma is None:
         return replace(opening, sigma=None, confidence=confidence)
-    return replace(opening, sigma=float(np.hypot(wall.sigma, opening.rms)), confidence=confidence)
+    return replace(opening, sigma=float(np.hypot(wall.sigma, opening.rms or 0.0)), confidence=confidence)
 
 
 def _trust_rooms(rooms: Sequence[Room], faces: Sequence[WallFace]) -> tuple[Room, ...]:
@@ -278,12 +279,12 @@ def _trust_rooms(rooms: Sequence[Room], faces: Sequence[WallFace]) -> tuple[Room
 
 
 def _trust_column(column: Column) -> Column:
-    sigma = column.rms / 2 + _COLUMN_UNSEEN * (1 - column.seen)
-    return replace(column, sigma=sigma, confidence=0.8 + 0.2 * column.seen)
+    seen = column.seen or 0.0
+    return replace(column, sigma=(column.rms or 0.0) / 2 + _COLUMN_UNSEEN * (1 - seen), confidence=0.8 + 0.2 * seen)
 
 
 def _trust_stair(stair: Stair) -> Stair:
-    return replace(stair, confidence=0.5 + 0.5 * stair.seen)
+    return replace(stair, confidence=0.5 + 0.5 * (stair.seen or 0.0))
 
 
 def _together(faces: Sequence[WallFace], lengths: Sequence[float]) -> tuple[float | None, float]:
@@ -291,7 +292,7 @@ def _together(faces: Sequence[WallFace], lengths: Sequence[float]) -> tuple[floa
     total = sum(lengths)
     if total <= 0:
         return None, 0.0
-    confidence = sum(face.confidence * part for face, part in zip(faces, lengths, strict=True)) / total
+    confidence = sum((face.confidence or 0.0) * part for face, part in zip(faces, lengths, strict=True)) / total
     known = [(face.sigma, part) for face, part in zip(faces, lengths, strict=True) if face.sigma is not None]
     if not known:
         return None, confidence

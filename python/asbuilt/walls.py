@@ -100,7 +100,7 @@ def find_walls(
         start, end = (_point(point + origin) for point in centrelines[number])
         outline = tuple(_point(corner + origin) for corner in outlines[number])
         measured = bool(np.isfinite(piece.left) and np.isfinite(piece.right))
-        seen = [faces[i].seen > 0 for i in piece.faces]
+        seen = [bool(faces[i].seen) for i in piece.faces]
         # Of a wall with a face that stands where the other one tells, the thickness was not measured.
         measured &= all(seen) or not any(seen)
         thickness = piece.left - piece.right if measured else None
@@ -442,9 +442,11 @@ def _support(faces: Sequence[WallFace], piece: _Piece) -> dict[str, Any]:
     """What was seen of a wall: its faces' figures together."""
     own = [faces[i] for i in piece.faces]
     length = np.array([max(face.length, 1e-9) for face in own])
+    square = np.array([np.nan if face.rms is None else face.rms**2 for face in own])
+    known = np.isfinite(square)
     return {
-        "seen": float(np.average([face.seen for face in own], weights=length)),
-        "rms": float(np.sqrt(np.average([face.rms**2 for face in own], weights=length))),
+        "seen": float(np.average([face.seen or 0.0 for face in own], weights=length)),
+        "rms": float(np.sqrt(np.average(square[known], weights=length[known]))) if known.any() else None,
         "voxels": sum(face.voxels for face in own),
     }
 

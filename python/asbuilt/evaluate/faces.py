@@ -77,7 +77,8 @@ def reliability(faces: Iterable[FaceScore], bins: int = 10) -> list[dict[str, An
     -------
     One row a bin that has faces: `low`, `high`, `faces`, mean `confidence`, share `real`.
     """
-    given = [(float(face.properties["confidence"]), face.real) for face in faces if "confidence" in face.properties]
+    said = ((face.properties.get("confidence"), face.real) for face in faces)
+    given = [(float(confidence), real) for confidence, real in said if confidence is not None]
     rows = []
     for i in range(bins):
         inside = [(c, real) for c, real in given if min(int(c * bins), bins - 1) == i]

@@ -87,13 +87,17 @@ class Level:
 def trust(element: Element) -> tuple[Property, ...]:
     """What an element can be trusted with; lengths in m."""
     return (
-        ("Seen", "IfcNormalisedRatioMeasure", min(max(element.seen, 0.0), 1.0)),
+        ("Seen", "IfcNormalisedRatioMeasure", _share(element.seen)),
         ("Rms", "IfcLengthMeasure", element.rms),
         ("Voxels", "IfcInteger", element.voxels),
         ("Sigma", "IfcLengthMeasure", element.sigma),
         ("LOA", "IfcLabel", element.loa),
-        ("Confidence", "IfcNormalisedRatioMeasure", min(max(element.confidence, 0.0), 1.0)),
+        ("Confidence", "IfcNormalisedRatioMeasure", _share(element.confidence)),
     )
+
+
+def _share(value: float | None) -> float | None:
+    return None if value is None else min(max(value, 0.0), 1.0)
 
 
 def area_in(frame: Frame, ring: Iterable[Point], holes: Iterable[Iterable[Point]] = ()) -> Any:

@@ -86,27 +86,31 @@ def _joined(pieces: tuple[Wall, ...]) -> Wall:
         return pieces[0]
     total = sum(piece.length for piece in pieces) or 1.0
 
-    def mean(values: list[float]) -> float:
+    def mean(values: list[float] | None) -> float | None:
+        if values is None:
+            return None
         return sum(value * piece.length for value, piece in zip(values, pieces, strict=True)) / total
 
-    thicknesses = [piece.thickness for piece in pieces if piece.thickness is not None]
-    sigmas = [piece.sigma for piece in pieces if piece.sigma is not None]
-    heights = [piece.height for piece in pieces if piece.height is not None]
-    every = len(pieces)
+    def known(name: str) -> list[float] | None:
+        values = [getattr(piece, name) for piece in pieces]
+        return None if None in values else values
+
+    squares = [rms**2 for rms in known("rms") or ()]
+    sigmas, heights, confidences = known("sigma"), known("height"), known("confidence")
     return Wall(
         pieces[0].start,
         pieces[-1].end,
-        mean(thicknesses) if len(thicknesses) == every else None,
-        mean([piece.drawn_thickness for piece in pieces]),
+        mean(known("thickness")),
+        mean(known("drawn_thickness")) or 0.0,
         tuple(dict.fromkeys(face for piece in pieces for face in piece.faces)),
-        height=max(heights) if len(heights) == every else None,
+        height=max(heights) if heights else None,
         curve=pieces[0].curve,
         id=pieces[0].id,
-        seen=mean([piece.seen for piece in pieces]),
-        rms=math.sqrt(mean([piece.rms**2 for piece in pieces])),
+        seen=mean(known("seen")),
+        rms=math.sqrt(mean(squares) or 0.0) if squares else None,
         voxels=sum(piece.voxels for piece in pieces),
-        sigma=max(sigmas) if len(sigmas) == every else None,
-        confidence=min(piece.confidence for piece in pieces),
+        sigma=max(sigmas) if sigmas else None,
+        confidence=min(confidences) if confidences else None,
     )
 
 

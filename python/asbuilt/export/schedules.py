@@ -123,7 +123,7 @@ _ROOMS: _Columns = {
     "clear height (m)": lambda _, room: room.height,
     "finished floor level z (m)": lambda _, room: room.floor,
     "ceiling level z (m)": lambda _, room: room.ceiling,
-    "scans": lambda _, room: len(room.scans),
+    "scans": lambda storey, room: len(room.scans) if any(other.scans for other in storey.rooms) else None,
     **_trust(),
 }
 _OPENING: _Columns = {

@@ -47,7 +47,7 @@ def bands(element: Element) -> dict[str, int | None]:
     """The number of an element's band by each of `MEASURES`, 0 the best; None where it is not known."""
     loa = None if element.loa is None else list(LOA_BANDS).index(element.loa)
     by_value = {
-        name: sum(value < limit for limit in least) if (value := getattr(element, name)) else None
+        name: None if (value := getattr(element, name)) is None else sum(value < limit for limit in least)
         for name, least in _LEAST.items()
     }
     return {"loa": loa, **by_value}
@@ -140,13 +140,13 @@ def _lean(lean: Pair | None, storey: Storey) -> Iterator[Line]:
 
 
 def _trust(element: Element) -> Iterator[Line]:
-    """What is not zero: a share of nothing, or no confidence at all, says that nobody worked it out."""
-    if element.seen:
+    """What was worked out."""
+    if element.seen is not None:
         yield "Seen", f"{100 * element.seen:.0f} %"
-    if element.rms:
+    if element.rms is not None:
         yield "Residual (rms)", millimetres(element.rms)
     yield "Sigma of its place", millimetres(element.sigma)
     yield "LOA at 95 %", element.loa or "not known"
-    yield "Confidence", f"{element.confidence:.2f}" if element.confidence else "not known"
+    yield "Confidence", "not known" if element.confidence is None else f"{element.confidence:.2f}"
     if element.voxels:
         yield "Voxels", f"{element.voxels:,}"

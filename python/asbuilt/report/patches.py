@@ -63,7 +63,7 @@ def straight_faces(plan: FloorPlan) -> list[tuple[WallFace, Storey]]:
         (face, storey)
         for storey in plan
         for face in storey.wall_faces
-        if face.curve is None and (face.confidence >= _LIKELY or face.confidence == 0)
+        if face.curve is None and (face.confidence is None or face.confidence >= _LIKELY)
     ]
 
 

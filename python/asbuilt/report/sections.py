@@ -62,10 +62,12 @@ def trust_section(plan: FloorPlan) -> ET.Element:
         yield str(len(storey.wall_faces))
         for band in (*LOA_BANDS, None):
             yield f"{lengths.get(band, 0.0):.1f}"
-        total = sum(face.length for face in storey.wall_faces)
         for name in ("seen", "confidence"):
-            mean = sum(getattr(face, name) * face.length for face in storey.wall_faces) / total if total else math.nan
-            yield "" if math.isnan(mean) else f"{mean:.2f}"
+            known = [
+                (getattr(face, name), face.length) for face in storey.wall_faces if getattr(face, name) is not None
+            ]
+            length = sum(part for _, part in known)
+            yield f"{sum(value * part for value, part in known) / length:.2f}" if length else ""
 
     headers = ("Storey", "Wall faces", *(f"{band} (m)" for band in LOA_BANDS), "LOA not known (m)")
     return table((*headers, "Mean seen", "Mean confidence"), [tuple(row(storey)) for storey in plan])
