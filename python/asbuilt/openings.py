@@ -462,7 +462,8 @@ def _draw(pairs: list[list[Hole]], gaps: list[FloatArray], voxels: StoreyVoxels,
             "id": f"S{storey}-{letter}{number}",
             "seen": hole.score,
             "voxels": hole.cells,
-            "sill": hole.sill,
+            # Less than a voxel tells nothing: what goes down to the floor has the floor for its sill.
+            "sill": 0.0 if abs(hole.sill) <= voxels.voxel else hole.sill,
             "head": hole.head,
         }
 
