@@ -77,7 +77,7 @@ def test_export_of_what_is_no_plan_is_one_line(run, tmp_path):
     (tmp_path / "other.geojson").write_text('{"type": "Feature"}')
     code, _, err = run("export", tmp_path / "other.geojson", "-o", tmp_path / "plan.dxf")
     assert code == 2
-    assert "expected a GeoJSON plan written by asbuilt" in err
+    assert "expected a plan that asbuilt wrote as .geojson, found JSON without features" in err
     assert err.count("\n") == 1
     assert not (tmp_path / "plan.dxf").exists()
 

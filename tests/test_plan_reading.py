@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 import dataclasses
 import json
+import re
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from asbuilt import FloorPlan, InputError, load_plan
+from asbuilt.evaluate import read_drawing
 from asbuilt.plan import plan_from_geojson
 from plans import complete_plan
 
@@ -106,7 +108,7 @@ def test_what_no_plan_of_ours_says_is_refused(kind, name, value, tmp_path):
     next(f["properties"] for f in changed["features"] if f["properties"]["kind"] == kind)[name] = value
     path = tmp_path / "plan.geojson"
     path.write_text(json.dumps(changed))
-    with pytest.raises(InputError, match="expected a GeoJSON plan"):
+    with pytest.raises(InputError, match=r"expected a plan that asbuilt wrote as \.geojson, .* in feature \d+;"):
         load_plan(path)
 
 
@@ -129,3 +131,31 @@ def test_numbers_that_are_whole_and_members_that_are_new_are_taken(tmp_path):
     wall["properties"] |= {"thickness": 1, "of_a_later_version": {"x": 1}}
     plan = read(json.dumps(changed), tmp_path)
     assert plan.storeys[0].walls[0] == dataclasses.replace(complete_plan().storeys[0].walls[0], thickness=1)
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        ("", "an empty file"),
+        ("[1]", "JSON without features"),
+        ('{"type": "FeatureCollection"}', "JSON without features"),
+        ('{"features": [{"properties": {"kind": "wall"}}]}', "nothing called 'geometry' in feature 1"),
+        ('{"features": [{"properties": null, "geometry": null}]}', "a value of another kind in feature 1"),
+        ('{"features": [1', "no JSON from line 1, column 16 on"),
+        (b"\xff\xfe{", "bytes that are no text in UTF-8"),
+        ("[" * 100_000, "lists within lists that do not end"),
+        (f'{{"a": {"1" * 5000}}}', "a number that is too large"),
+    ],
+    ids=lambda part: repr(part[:20]),
+)
+def test_a_broken_file_is_told_in_the_words_of_who_has_it(content, found, tmp_path):
+    path = tmp_path / "plan.geojson"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError) as told:
+        load_plan(path)
+    assert str(told.value) == (
+        f"{path}: expected a plan that asbuilt wrote as .geojson, found {found}; asbuilt plan writes one anew"
+    )
+    with pytest.raises(InputError) as scored:
+        read_drawing(path)
+    assert not re.search(r"Error|codec|object|Expecting|NoneType", str(scored.value))

@@ -14,6 +14,10 @@ exception              who must act                                             
 =====================  =======================================================  =========
 """
 
+from __future__ import annotations
+
+import json
+
 
 class AsBuiltError(Exception):
     """Base of everything that asbuilt raises on purpose."""
@@ -35,11 +39,29 @@ class MissingExtraError(AsBuiltError, ImportError):
     """An optional dependency is missing; the message gives the command that installs it."""
 
 
+#: What Python says of values that do not suit, and what that means for a file that holds them.
+_IN_WORDS = (
+    (UnicodeError, "", "bytes that are no text in UTF-8"),
+    (RecursionError, "", "lists within lists that do not end"),
+    (OverflowError, "", "a number that is too large"),
+    (ValueError, "digits", "a number that is too large"),
+    (IndexError, "", "a list that is too short"),
+    (ValueError, "unpack", "a list of another length"),
+    (ValueError, "could not convert", "text instead of a number"),
+    ((TypeError, AttributeError), "", "a value of another kind"),
+)
+
+
 def told(error: Exception) -> str:
-    """What another program's or Python's error says of a file, without reciting the file.
+    """What a file holds that made Python raise an error, in words for who has the file, without reciting it.
 
     >>> told(KeyError("features"))
-    "KeyError('features')"
+    "nothing called 'features'"
     """
-    text = str(error) if isinstance(error, UnicodeError) else repr(error)
-    return text if len(text) <= 200 else f"{text[:200]}..."
+    if isinstance(error, json.JSONDecodeError):
+        return f"no JSON from line {error.lineno}, column {error.colno} on" if error.doc.strip() else "an empty file"
+    if isinstance(error, KeyError):
+        return f"nothing called {str(error.args[0])[:60]!r}"
+    text = str(error)
+    words = (words for kind, part, words in _IN_WORDS if isinstance(error, kind) and part in text)
+    return next(words, text if len(text) <= 200 else f"{text[:200]}...")

@@ -312,6 +312,10 @@ class FloorPlan:
         }
 
 
+#: What values raise that do not belong where they stand.
+_ODD = (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError)
+
+
 def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
     """Read a plan that `asbuilt plan` wrote as GeoJSON.
 
@@ -324,23 +328,30 @@ def load_plan(path: str | os.PathLike[str]) -> FloorPlan:
             return plan_from_geojson(json.load(stream))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}") from error
-    except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
-        raise InputError(f"{path}: expected a GeoJSON plan written by asbuilt, found {told(error)}") from error
+    except _ODD as error:
+        raise InputError(
+            f"{path}: expected a plan that asbuilt wrote as .geojson, found {told(error)}; asbuilt plan writes one anew"
+        ) from error
 
 
 def plan_from_geojson(data: dict[str, Any]) -> FloorPlan:
     """The inverse of `FloorPlan.to_geojson`; raises what `load_plan` catches where `data` is no plan."""
     storeys: dict[int, Storey] = {}
     parts: dict[int, dict[str, Any]] = {}
-    for feature in data["features"]:
-        properties, geometry = feature["properties"], feature["geometry"]
-        index, kind = properties["storey"], properties["kind"]
-        if kind == "storey":
-            ring = None if geometry is None else _open_ring(geometry["coordinates"][0])
-            storeys[index] = _checked(Storey(index, properties["floor"], properties["ceiling"], ring))
-        elif kind in _KINDS:
-            of_storey, where = parts.setdefault(index, {}), _KINDS[kind][0]
-            of_storey[where] = (*of_storey.get(where, ()), _element(kind, properties, geometry))
+    if "features" not in data:
+        raise ValueError("JSON without features")
+    for number, feature in enumerate(data["features"], start=1):
+        try:
+            properties, geometry = feature["properties"], feature["geometry"]
+            index, kind = properties["storey"], properties["kind"]
+            if kind == "storey":
+                ring = None if geometry is None else _open_ring(geometry["coordinates"][0])
+                storeys[index] = _checked(Storey(index, properties["floor"], properties["ceiling"], ring))
+            elif kind in _KINDS:
+                of_storey, where = parts.setdefault(index, {}), _KINDS[kind][0]
+                of_storey[where] = (*of_storey.get(where, ()), _element(kind, properties, geometry))
+        except _ODD as error:
+            raise ValueError(f"{told(error)} in feature {number}") from error
     about = data.get("asbuilt", {})
     plan = FloorPlan(
         storeys=tuple(dataclasses.replace(storeys[index], **parts.get(index, {})) for index in sorted(storeys)),

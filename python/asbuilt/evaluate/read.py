@@ -7,7 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from asbuilt.errors import InputError
+from asbuilt.errors import InputError, told
 from asbuilt.evaluate.drawing import Drawing
 from asbuilt.evaluate.read_challenge import (
     challenge_2d_drawing,
@@ -66,8 +66,8 @@ def read_drawing(path: str | os.PathLike[str], layer: str = "*WALL*", cut_height
             data = json.load(stream)
     except OSError as error:
         raise InputError(f"{file}: {error.strerror}") from error
-    except ValueError as error:
-        raise InputError(f"{file}: expected .dxf, .ifc or JSON, found {error}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{file}: expected .dxf, .ifc or JSON, found {told(error)}") from error
     return _json_drawing(data, str(file))
 
 

@@ -40,8 +40,8 @@ def geojson_drawing(data: dict[str, Any], name: str = "plan") -> Drawing:
             index = int(properties.get("storey", 0))
             parts = storeys.setdefault(index, {"index": index, "floor": None})
             _add(parts, properties["kind"], properties, feature.get("geometry"))
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise InputError(f"{name}: expected a GeoJSON plan written by asbuilt, found {told(error)}") from error
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+        raise InputError(f"{name}: expected a plan that asbuilt wrote as .geojson, found {told(error)}") from error
     lists = ("faces", "doors", "windows", "rooms", "walls")
     made = []
     for index in sorted(storeys):
