@@ -126,7 +126,9 @@ def test_a_scan_comes_in_once(scans, run, tmp_path):
     code, _, err = run("evidence", copy, scans[2], "--add-to", school, "-o", school)
     assert code == 2
     assert err.startswith("asbuilt: c.las and copy.las are the same file (sha256:")
-    code, _, err = run("merge", school, school, tmp_path / "school.evidence", copy, "-o", tmp_path / "x.evidence")
+    code, _, err = run("merge", school, school, "-o", tmp_path / "x.evidence")
+    assert (code, err.startswith(f"asbuilt: {school}: given twice"), err.count("\n")) == (2, True, 1)
+    code, _, err = run("merge", school, copy, "-o", tmp_path / "x.evidence")
     assert (code, "expected an evidence file, found LAS" in err) == (2, True)
     run("evidence", copy, "-o", tmp_path / "copy.evidence")
     code, _, err = run("merge", school, tmp_path / "copy.evidence", "-o", tmp_path / "x.evidence")

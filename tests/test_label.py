@@ -6,6 +6,7 @@ import json
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import laspy
@@ -299,6 +300,25 @@ def test_several_files_of_different_kinds_become_one(tmp_path, monkeypatch):
     assert las.header.point_format.id == 7
     np.testing.assert_array_equal(np.asarray(las.intensity)[parts[1]], np.arange(len(parts[1])))
     assert set(np.asarray(las.point_source_id)[parts[2]]) == {1}
+
+
+def test_the_plan_of_another_building_is_told(run, tmp_path):
+    points, _ = surfaces()
+    own, other = (
+        write_las(tmp_path / "own.las", points),
+        write_las(tmp_path / "other.las", points + np.array([40.0, 0.0, 0.0])),
+    )
+    about = {"name": "other.las", "size": 1, "checksum": asbuilt.read(other).files[0].checksum()}
+
+    def told(scan: Path, *inputs: dict[str, object]) -> str:
+        export(replace(complete_plan(), inputs=inputs), tmp_path / "plan.geojson")
+        code, _, err = run("label", scan, "--plan", tmp_path / "plan.geojson", "-o", tmp_path / "labelled.las")
+        assert code == 0
+        return err
+
+    assert told(own) == ""
+    assert told(other, about) == ""  # its own, though most of it is outdoors
+    assert told(other).startswith("asbuilt: note: 100% of the points are outside")
 
 
 def test_units_and_axes_are_for_looking_up_only(tmp_path):

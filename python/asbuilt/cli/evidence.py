@@ -23,7 +23,7 @@ from asbuilt.cli.options import (
     unit,
     up,
 )
-from asbuilt.errors import OutputError
+from asbuilt.errors import InputError, OutputError
 from asbuilt.export.atomic import check_place
 
 if TYPE_CHECKING:
@@ -123,9 +123,12 @@ def merge_command(inputs: tuple[Path, ...], output: Path) -> None:
 
         asbuilt merge campus/*.evidence -o campus.evidence
 
-    Exit codes: 0 done, 2 error, such as a scan that is in two of the files.
+    Exit codes: 0 done, 2 error, such as a file given twice, or a scan that is in two of the files.
     """
     _check_output(output)
+    twice = next((path for path in inputs if inputs.count(path) > 1), None)
+    if twice is not None:
+        raise InputError(f"{twice}: given twice, expected different files; was another one meant?")
     import asbuilt
 
     evidence = asbuilt.read_evidence(*inputs)

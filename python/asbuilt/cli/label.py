@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from asbuilt.cli.options import PATH, Command, open_cloud, option, progress_bar, say, scans, skip_bad, unit, up
+
+if TYPE_CHECKING:
+    from asbuilt.plan import FloorPlan
+    from asbuilt.read import PointCloud
+
+
+_DOUBTFUL = 0.3
+"""More points than this share of them are seldom outside of their own building."""
 
 
 @click.command("label", cls=Command, no_args_is_help=True)
@@ -41,7 +50,7 @@ def label_command(
 
     Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
     """
-    from asbuilt.label import check_output, label_cloud
+    from asbuilt.label import PointClass, check_output, label_cloud
 
     check_output(output)
 
@@ -56,8 +65,17 @@ def label_command(
     for known, count in counts.items():
         print(f"  {known.title:8} {count:>14,}  {count / max(total, 1):6.1%}")
     print(f"wrote {output}")
+    outside = counts[PointClass.OUTSIDE] / max(total, 1)
+    if outside > _DOUBTFUL and not _made_from(drawn, cloud):
+        say(f"asbuilt: note: {outside:.0%} of the points are outside, and the plan names other inputs: is it theirs?")
     errors = [file.error for file in cloud.files if file.error is not None]
     for error in errors:
         say(f"asbuilt: left out: {error}")
     if errors:
         raise click.exceptions.Exit(3)
+
+
+def _made_from(plan: FloorPlan, cloud: PointCloud) -> bool:
+    """Whether a plan was made from any of the files."""
+    known = {source.get("checksum") for source in plan.inputs}
+    return any(file.checksum() in known for file in cloud.files if file.error is None)
