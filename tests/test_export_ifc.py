@@ -54,7 +54,7 @@ def solid(entity, whole=False):
     return ifcopenshell.util.shape.get_volume(shape.geometry), corners.min(axis=0), corners.max(axis=0)
 
 
-def about(entity, name="Pset_AsBuilt"):
+def about(entity, name="Asbuilt_Trust"):
     found = dict(ifcopenshell.util.element.get_psets(entity).get(name, {}))
     found.pop("id", None)
     return found
@@ -250,6 +250,12 @@ def test_an_unseen_side_is_drawn_but_has_no_material(model):
     assert said["DrawnThickness"] == 0.1
     assert said["SeenSide"] == "LEFT"  # the wall runs north, its room is in the west
     assert "Width" not in about(wall, "Qto_WallBaseQuantities")
+
+
+def test_property_sets_of_names_that_buildingsmart_reserves_are_its_own(model):
+    names = {entity.Name for entity in model.by_type("IfcPropertySet")}
+    assert "Asbuilt_Trust" in names
+    assert [name for name in names if name.startswith("Pset_")] == []
 
 
 def test_every_element_says_how_far_to_trust_it(model):

@@ -147,7 +147,7 @@ def _unseen_edges(wall: Any, section: Any) -> Iterator[Floats]:
     import ifcopenshell.util.representation
     import ifcopenshell.util.unit
 
-    seen = (ifcopenshell.util.element.get_pset(wall, "Pset_AsBuilt") or {}).get("SeenSide")
+    seen = (ifcopenshell.util.element.get_pset(wall, "Asbuilt_Trust") or {}).get("SeenSide")
     axis: Any = ifcopenshell.util.representation.get_representation(wall, "Model", "Axis")
     if seen not in ("LEFT", "RIGHT") or axis is None or not axis.Items[0].is_a("IfcPolyline"):
         return

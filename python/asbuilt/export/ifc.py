@@ -1,8 +1,8 @@
 """IFC4 through IfcOpenShell: storeys with walls, doors, windows, spaces, slabs, columns and stairs, as solids.
 
 A wall's body is its outline, from the floor up. Its material layer has the thickness that was measured; a wall of
-which one side was not seen is drawn with the plan's `drawn_thickness`, says ``Pset_AsBuilt.ThicknessObserved`` false,
-and has no material layer. Every element carries in `Pset_AsBuilt` how far it can be trusted. An element keeps its GUID
+which one side was not seen is drawn with the plan's `drawn_thickness`, says ``Asbuilt_Trust.ThicknessObserved`` false,
+and has no material layer. Every element carries in `Asbuilt_Trust` how far it can be trusted. An element keeps its GUID
 as long as the scans and its id are the same.
 """
 
@@ -53,7 +53,6 @@ def _describe(model: IfcFile, plan: FloorPlan) -> None:
     inputs = ", ".join(str(source.get("name", "")) for source in plan.inputs)
     model.describe(
         model.project,
-        "Pset_AsBuilt",
         [
             ("Inputs", "IfcText", inputs or None),
             ("CRS", "IfcText", plan.crs or "none"),
@@ -74,7 +73,7 @@ def _add_storey(model: IfcFile, building: Placed, storey: Storey, below: Storey 
         Elevation=float(storey.floor),
     )
     ceiling = ("Ceiling", "IfcLengthMeasure", storey.ceiling)
-    model.describe(placed.entity, "Pset_AsBuilt", [("Floor", "IfcLengthMeasure", storey.floor), ceiling])
+    model.describe(placed.entity, [("Floor", "IfcLengthMeasure", storey.floor), ceiling])
     level = Level(model, storey, placed)
     model.aggregate(placed.entity, [add_room(level, room) for room in storey.rooms])
     add_openings(level, add_walls(level))

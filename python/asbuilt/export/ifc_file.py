@@ -28,6 +28,8 @@ except ImportError as error:
 Entity = Any  # an ifcopenshell.entity_instance: the schema knows its attributes, a type checker does not
 #: Name, IFC measure and value of a property; it is left out where the value is None.
 Property = tuple[str, str, Any]
+#: Not Pset_...: that is reserved for the sets of buildingSMART.
+PROPERTY_SET = "Asbuilt_Trust"
 
 _NAMESPACE = uuid.uuid5(uuid.NAMESPACE_DNS, "asbuilt.ifc")
 _PRECISION = 1e-5  # m, within which a reader may take two points for one
@@ -221,15 +223,15 @@ class IfcFile:
 
     # --- what is said of entities, and how they hang together ---
 
-    def describe(self, entity: Entity, name: str, properties: Iterable[Property]) -> None:
-        """Give an entity a set of properties."""
+    def describe(self, entity: Entity, properties: Iterable[Property]) -> None:
+        """Give an entity our set of properties."""
         made = [
             self.make("IfcPropertySingleValue", Name=key, NominalValue=self.make(measure, _plain(value)))
             for key, measure, value in properties
             if value is not None
         ]
         if made:
-            self._define(entity, "IfcPropertySet", name, HasProperties=made)
+            self._define(entity, "IfcPropertySet", PROPERTY_SET, HasProperties=made)
 
     def measure(self, entity: Entity, name: str, **quantities: float | None) -> None:
         """Give an entity a set of quantities: m2 and m3 where their names end in Area and Volume, else m."""

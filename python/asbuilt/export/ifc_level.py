@@ -49,14 +49,14 @@ class Level:
         within: Placed | None = None,
         **attributes: Any,
     ) -> Placed:
-        """Make an entity of an element of the plan, with its `Pset_AsBuilt`; who calls it says what contains it.
+        """Make an entity of an element of the plan, with its `Asbuilt_Trust`; who calls it says what contains it.
 
         Parameters
         ----------
         frame : where it stands; its representation is in this frame.
         shape : its representation, or None.
         layer : name of the layer it is drawn on, as in the DXF, without the storey's suffix.
-        properties : what `Pset_AsBuilt` says beside the trust.
+        properties : what `Asbuilt_Trust` says beside the trust.
         within : what its place is given relative to; the storey where None.
         """
         name = element.id or f"S{self.storey.index}"
@@ -68,7 +68,7 @@ class Level:
             Representation=shape,
             **{"Name": name, **attributes},
         )
-        self.model.describe(placed.entity, "Pset_AsBuilt", [*trust(element), *properties])
+        self.model.describe(placed.entity, [*trust(element), *properties])
         self.draw_on(layer, shape)
         return placed
 

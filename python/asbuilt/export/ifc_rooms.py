@@ -66,7 +66,7 @@ def add_slab(level: Level, below: Storey | None) -> None:
         ("Thickness", "IfcLengthMeasure", thickness if observed else None),
         ("DrawnThickness", "IfcLengthMeasure", thickness),
     ]
-    level.model.describe(made.entity, "Pset_AsBuilt", properties)
+    level.model.describe(made.entity, properties)
 
 
 def add_column(level: Level, column: Column) -> None:
