@@ -197,6 +197,13 @@ def test_skip_bad_leaves_out_evidence_that_is_wrong_behind_its_head(run, tmp_pat
         assert err.startswith(f"asbuilt: left out: {bad}")
 
 
+def test_the_page_on_the_command_line_tells_every_command(run):
+    page = (Path(__file__).parent.parent / "docs" / "cli.md").read_text()
+    listed = re.findall(r"^  ([a-z]+)  ", run("--help")[1].partition("Commands:")[2], re.MULTILINE)
+    assert re.findall(r"^\| `asbuilt ([a-z]+)` ", page, re.MULTILINE) == listed
+    assert re.findall(r"^## asbuilt ([a-z]+)$", page, re.MULTILINE) == listed
+
+
 def test_what_is_wrong_with_a_command_names_that_command(run):
     for wrong in (["plan", "x.las", "-o"], ["plan", "--skip-bad=1", "x.las"], ["plan", "--hough", "both", "x.las"]):
         code, _, err = run(*wrong)
