@@ -14,6 +14,7 @@ from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_ahead, of_each
 from asbuilt.params import WallParameters
 from asbuilt.profiles import Columns, StoreyVoxels
+from asbuilt.straighten import straighten
 
 _MIN_WEIGHT = 0.12
 """Filled area that makes a line worth following, m^2."""
@@ -37,7 +38,11 @@ def find_wall_lines(columns: Columns, voxels: StoreyVoxels, parameters: WallPara
         min_length=0.1,
     )
     lines = join_collinear(lines, strength, parameters)
-    return fit_lines(lines, places, weights, parameters.band)
+    lines = fit_lines(lines, places, weights, parameters.band)
+    straight = straighten(lines, places, weights, parameters.band)
+    turned = (straight != lines).any(axis=1)
+    straight[turned] = fit_lines(straight[turned], places, weights, parameters.band)
+    return straight
 
 
 def join_collinear(lines: FloatArray, strength: FloatArray, parameters: WallParameters) -> FloatArray:
