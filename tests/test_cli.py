@@ -211,6 +211,23 @@ def test_what_is_wrong_with_a_command_names_that_command(run):
         assert err.endswith("(asbuilt plan -h tells how)\n")
 
 
+@pytest.mark.parametrize(
+    ("wrong", "told"),
+    [
+        (["--nope"], "No such option '--nope'. (asbuilt plan -h"),
+        (["--scael", "1:50"], "Did you mean '--scale'?"),
+        (["--unit", "furlong"], "unit 'furlong': expected m, dm, cm, mm, ft, us-ft, in\n"),
+        (["--up", "w"], "up 'w': expected z, y, x, -z, -y, -x\n"),
+        (["-o", "plan.dwg"], "take .dxf"),
+        (["-o", "plan.LAZ"], "asbuilt label writes points with their classes\n"),
+    ],
+)  # fmt: skip
+def test_advice_names_what_was_meant(wrong, told, room, run, tmp_path):
+    code, _, err = run("plan", room, "-o", tmp_path / "plan.dxf", *wrong)
+    assert (code, told in err) == (2, True), err
+    assert err.count("Did you mean") == told.count("Did you mean")
+
+
 def test_a_reader_that_leaves_early_is_no_bug_where_there_is_no_signal_for_it(room):
     script = "import signal; del signal.SIGPIPE; from asbuilt_start import main; main()"
     ours, theirs = os.pipe()

@@ -149,13 +149,11 @@ def read(
     InputError : an input does not exist, matches nothing, or (unless `skip_bad`) is no cloud that we can read.
     ParameterError : an unknown unit or axis.
     """
-    try:
-        metres = UNITS[unit] if isinstance(unit, str) else float(unit)
-        axes = UP_AXES[up]
-    except KeyError as error:
-        raise ParameterError(
-            f"unit {unit!r} or up {up!r}: expected a unit of {', '.join(UNITS)} and an axis of {', '.join(UP_AXES)}"
-        ) from error
+    if isinstance(unit, str) and unit not in UNITS:
+        raise ParameterError(f"unit {unit!r}: expected {', '.join(UNITS)}")
+    if up not in UP_AXES:
+        raise ParameterError(f"up {up!r}: expected {', '.join(UP_AXES)}")
+    metres, axes = UNITS[unit] if isinstance(unit, str) else float(unit), UP_AXES[up]
     paths: list[PathLike] = []
     for given in inputs:
         paths.extend(given if isinstance(given, Sequence) and not isinstance(given, str) else [given])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from asbuilt.read import PointCloud
 
 _SCANS = "Files, folders and glob patterns: LAS, LAZ, COPC, E57, PLY, PTS, PTX, PCD, XYZ, TXT, CSV"
+
+_ALIKE = 0.75
+"""An option that is less like the one that was given is not suggested; 1 is the same."""
 
 PATH = click.Path(path_type=Path)
 
@@ -33,6 +37,10 @@ class Command(click.Command):
         """Parse them; errors know which command's help tells how."""
         try:
             return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            known = [name for parameter in self.params for name in parameter.opts]
+            alike = get_close_matches(error.option_name, known, 1, _ALIKE)
+            raise click.NoSuchOption(error.option_name, possibilities=alike, ctx=ctx) from error
         except click.UsageError as error:
             error.ctx = error.ctx or ctx
             raise

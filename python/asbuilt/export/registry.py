@@ -65,6 +65,19 @@ _FORMATS = {
         shows_points=True,
     ),
 }
+_LABEL = "asbuilt label writes points with their classes"
+_INSTEAD = {
+    ".las": _LABEL,
+    ".laz": _LABEL,
+    ".e57": _LABEL,
+    ".evidence": "asbuilt evidence writes evidence",
+    ".dwg": "take .dxf, which programs that write .dwg open",
+    ".rvt": "take .ifc, which Revit opens",
+    ".shp": "take .gpkg",
+    ".json": "take .geojson for the plan file",
+    ".jpg": "take .png",
+}
+"""What is asked for and not written here, and what to do instead."""
 
 
 def known_suffixes() -> dict[str, str]:
@@ -158,8 +171,8 @@ def _format(path: Path) -> _Format:
     suffix = _suffix(path)
     if suffix is not None:
         return _FORMATS[suffix]
-    listed = ", ".join(_FORMATS)
-    raise OutputError(f"{path}: no exporter for the suffix {path.suffix or '(none)'}; known are {listed}")
+    instead = _INSTEAD.get(path.suffix.lower(), f"known are {', '.join(_FORMATS)}")
+    raise OutputError(f"{path}: no exporter for the suffix {path.suffix or '(none)'}; {instead}")
 
 
 def _suffix(path: Path) -> str | None:
