@@ -126,7 +126,7 @@ def _check_walls(storey: Storey, cloud: Labelled) -> None:
     near[faces.query(points, predicate="dwithin", distance=NEAR)[0]] = True
     is_wall = cloud.classes == PointClass.WALL
     # shelves and skirting boards stand in front of some; and a camera's scan wobbles by centimetres
-    wobbles = bool(np.median([face.rms for face in storey.wall_faces]) > 0.01)
+    wobbles = bool(np.median([face.rms or 0.0 for face in storey.wall_faces]) > 0.01)
     assert near[is_wall].mean() > (0.5 if wobbles else 0.8)
     openings = [
         shapely.LineString([o.start, o.end]) for o in (*storey.doors, *storey.windows, *storey.unknown_openings)
