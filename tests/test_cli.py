@@ -242,7 +242,7 @@ def test_info_prints_what_the_files_hold_and_draws_the_heights(room, run):
     assert (code, err) == (0, "")
     assert "LAS 1.4" in out
     assert f"points  {len(laspy.read(room).points):,}" in out
-    assert "floor of storey 0, 0.05" in out
+    assert re.search(r"^ +0.00 to 0.10 \|#+ +< floor of storey 0 at 0.05$", out, re.MULTILINE)
     assert "ceiling of storey 0" in out
 
 
@@ -258,7 +258,7 @@ def test_heights_are_drawn_highest_first_and_fit_the_terminal():
     lines = draw_heights(histogram, [Level(0, 0.02, 2.55)], columns=70, rows=40)
     assert len(lines) <= 40
     assert all(len(line) <= 70 for line in lines)
-    assert "ceiling of storey 0, 2.55" in next(line for line in lines if "####" in line)
+    assert "ceiling of storey 0 at 2.55" in next(line for line in lines if "####" in line)
     assert draw_heights(HeightHistogram(0.0, 0.1, np.zeros(0, int)), [], 80, 40) == []
 
 

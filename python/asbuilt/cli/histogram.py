@@ -34,18 +34,20 @@ def draw_heights(histogram: HeightHistogram, levels: Sequence[Level], columns: i
     marks: dict[int, list[str]] = {}
     for level in levels:
         marks.setdefault(int((level.floor - low) // step), []).append(
-            f"floor of storey {level.index}, {level.floor:.2f}"
+            f"floor of storey {level.index} at {level.floor:.2f}"
         )
         top = min(int((level.ceiling - low) // step), len(counts) - 1)
-        marks.setdefault(top, []).append(f"ceiling of storey {level.index}, {level.ceiling:.2f}")
+        marks.setdefault(top, []).append(f"ceiling of storey {level.index} at {level.ceiling:.2f}")
 
     widest = max((len(", ".join(texts)) for texts in marks.values()), default=0)
-    space = max(columns - 10 - widest - 4, 10)
+    labels = [f"{low + row * step:8.2f} to {low + (row + 1) * step:.2f} |" for row in range(len(counts))]
+    wide = max(map(len, labels))
+    space = max(columns - wide - widest - 4, 10)
     lines = []
     for row in range(len(counts) - 1, -1, -1):
         bar = "#" * ceil(space * counts[row] / max(counts.max(), 1))
         mark = f"< {', '.join(marks[row])}" if row in marks else ""
-        lines.append(f"{low + row * step:8.2f} |{bar:<{space}} {mark}".rstrip())
+        lines.append(f"{labels[row]:>{wide}}{bar:<{space}} {mark}".rstrip())
     return lines
 
 

@@ -64,7 +64,7 @@ def info_command(
         if scans:
             _print_scans(scans, every)
         else:
-            print("scans: not said by the headers")  # LAS has them point by point
+            print("scans: not in the headers")  # LAS has them point by point
     else:
         with progress_bar("reading") as progress:
             evidence = asbuilt.gather_evidence(cloud, threads=threads, progress=progress, skip_bad=skip_bad)
@@ -86,11 +86,11 @@ def _print_files(cloud: PointCloud) -> None:
         print(f"  format  {header['format']}, {file.size:,} bytes")
         if file.error is not None:
             continue
-        print(f"  points  {'not said' if header['points'] is None else format(header['points'], ',')}")
+        print(f"  points  {'not in the header' if header['points'] is None else format(header['points'], ',')}")
         if header["bounds"] is not None:
             low, high = header["bounds"]
             print("  bounds  " + ", ".join(f"{n} {a:.3f} to {b:.3f}" for n, a, b in zip("xyz", low, high, strict=True)))
-        print(f"  CRS     {_one_line(header['crs'] or 'not said')}")
+        print(f"  CRS     {_one_line(header['crs'] or 'not in the header')}")
         for note in header["notes"]:
             print(f"  note    {note}")
     if len(cloud.files) > 1:
@@ -123,7 +123,8 @@ def _print_heights(evidence: Evidence) -> None:
     levels = find_storeys(evidence)
     histogram = height_histogram(evidence.occupied(voxel), voxel)
     columns, rows = shutil.get_terminal_size()
-    print(f"heights (m), occupied voxels of {voxel:g} m; {len(levels)} {'storey' if len(levels) == 1 else 'storeys'}")
+    storeys = f"{len(levels)} {'storey' if len(levels) == 1 else 'storeys'}"
+    print(f"{storeys}; how many voxels of {voxel:g} m hold points between each two heights (z in m)")
     for line in draw_heights(histogram, levels, columns, max(rows - 4, 40)):
         print(line)
 
