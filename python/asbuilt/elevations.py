@@ -9,6 +9,7 @@ leaf stands), and a hidden stretch (where nothing is known) from a gap.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -90,10 +91,16 @@ class Elevations:
     low_behind: FloatArray
     partition: BoolArray
 
+    @cached_property
+    def _ways(self) -> FloatArray:
+        ways: FloatArray = self.lines[:, 2:] - self.lines[:, :2]
+        ways /= np.hypot(*ways.T)[:, None]
+        return ways
+
     def along(self, line: int) -> FloatArray:
         """Unit vector (2,) from the start of a line to its end."""
-        way: FloatArray = self.lines[line, 2:] - self.lines[line, :2]
-        return way / float(np.hypot(*way))
+        way: FloatArray = self._ways[line]
+        return way
 
     def position(self, line: int) -> FloatArray:
         """Middle of each step along a line, m from its start."""
@@ -102,9 +109,9 @@ class Elevations:
     def between(self, line: int, one: FloatArray, other: FloatArray) -> slice:
         """The steps of a line beside a stretch between two points (2,), m from the storey's origin; none beyond it."""
         start, along = self.lines[line, :2], self.along(line)
-        ends = np.sort([float((point - start) @ along) for point in (one, other)])
-        first, last = (int(i) for i in self.first[line : line + 2])
-        low, high = np.clip(((ends + MARGIN) / self.step).astype(np.int64), 0, last - first).tolist()
+        ends = sorted(float((point - start) @ along) for point in (one, other))
+        first, last = int(self.first[line]), int(self.first[line + 1])
+        low, high = (min(max(int((end + MARGIN) / self.step), 0), last - first) for end in ends)
         return slice(first + low, first + high)
 
     def beside(self, line: int, one: FloatArray, other: FloatArray) -> slice:
@@ -119,8 +126,12 @@ def draw_elevations(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxel
 
     Steps are as long as a voxel, or two or four in a thin cloud, so that most of a well seen wall is filled.
     """
-    thin = [voxels.thinness > limit for limit in _THIN]
-    return _draw(lines, partition, voxels, voxels.voxel * 2 ** sum(thin))
+    return _draw(lines, partition, voxels, step_of(voxels))
+
+
+def step_of(voxels: StoreyVoxels) -> float:
+    """Length of a step of elevations, m."""
+    return voxels.voxel * float(2 ** sum(voxels.thinness > limit for limit in _THIN))
 
 
 def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: float) -> Elevations:
@@ -146,7 +157,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     weights = ((1, _NEAR[1]), (9, _CLOSE[1]))
     around = hits.counts(
         [
-            _ranges(total, sign, (_NEAR[0], np.minimum(reach, beyond - 0.015)), level, (-within, within))
+            ranges(total, sign, (_NEAR[0], np.minimum(reach, beyond - 0.015)), level, (-within, within))
             for levels, sign, beyond in zip(zip(floors, ceilings, strict=True), (1, -1), twins[::-1], strict=True)
             for _, reach in weights
             for level, within in zip(levels, _WITHIN, strict=True)
@@ -164,13 +175,13 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     # Levels before and behind: a floor may be higher on one side.
     before, behind = np.where(left, floors, floors[::-1])
     rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
-    on_plane = _ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    below = _filled_below(_close_sparse(hits.by_height(on_plane, step, rows) > 0, first))
+    on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
+    below = filled_below(close_sparse(hits.by_height(on_plane, step, rows) > 0, first))
 
     close = (_NEAR[0], np.minimum(_CLOSE[1], twin - 0.015))
     at_floor, at_ceiling = ((-within, within) for within in _WITHIN)
     low = (_NEAR[0] + 0.005, np.minimum(0.3, twin - 0.02))
-    whole = _share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step)
+    whole = share_filled(below, np.full(total, 0.15), ceiling - _UPPER[1], step)
     upper_zone = (-_UPPER[0], -_UPPER[1])
     # Where a cornice stands out, and beyond.
     out, deep = (2 * ON_PLANE, _CORNICE[0]), (_CORNICE[0], _DEPTH)
@@ -185,17 +196,17 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         (front_is, out, ceiling - 2 * _CORNICE[1], upper_zone, 3),
         (front_is, deep, ceiling, upper_zone, 3),
     ]
-    seen = hits.counts([_ranges(total, side, depth, about, height) for side, depth, about, height, _ in looks])
+    seen = hits.counts([ranges(total, side, depth, about, height) for side, depth, about, height, _ in looks])
     floor, floor_behind, over, ceiling_behind, ceiling_beyond, low_behind, hiding, lower_down, farther = (
         smooth((count >= least).astype(np.float64), first, 5) for count, (*_, least) in zip(seen, looks, strict=True)
     )
     front_floor, floor_behind = _as_if_dense(floor, floor_behind, whole)
     front_ceiling, ceiling_behind = _as_if_dense(over, ceiling_behind, whole)
     upper, under = (
-        _share_filled(below, ceiling - low - _UPPER[0], ceiling - low - _UPPER[1], step) for low in (0.0, _CORNICE[1])
+        share_filled(below, ceiling - low - _UPPER[0], ceiling - low - _UPPER[1], step) for low in (0.0, _CORNICE[1])
     )
-    top = _share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
-    lower = _share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
+    top = share_filled(below, ceiling - _TOP, ceiling - _UPPER[1], step)
+    lower = share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
     hiding, lower_down, farther, high, low_part = (
         smooth(share, first, wide) for share in (hiding, lower_down, farther, top, lower)
     )
@@ -290,7 +301,7 @@ def _height_about(
 Ends: TypeAlias = tuple[FloatArray | float, FloatArray | float]
 
 
-def _ranges(
+def ranges(
     steps: int, side: FloatArray | float, depth: Ends, about: FloatArray | float, height: Ends
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray], FloatArray, tuple[FloatArray, FloatArray]]:
     """What counts at each step, as `_core.Hits` takes it: each as an array (steps,), m, also where it is the same."""
@@ -308,7 +319,7 @@ def twin_distance(hits: _core.Hits, front_is: int, ceiling: FloatArray, first: I
     door leaf in the wall's opening is not.
     """
     upper = (ceiling - _UPPER[0], ceiling - _UPPER[1])
-    behind = _ranges(len(ceiling), -front_is, (ON_PLANE + 0.01, np.inf), 0.0, upper)
+    behind = ranges(len(ceiling), -front_is, (ON_PLANE + 0.01, np.inf), 0.0, upper)
     filled = hits.by_depth(behind, 0.02, int(np.ceil(_DEPTH / 0.02)))
     dense = smooth_rows(filled.astype(np.float64), first, 2 * round(0.5 / step) + 1)
     dense[:, :-1] += dense[:, 1:]
@@ -344,7 +355,7 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     return _core.close_gaps(np.ascontiguousarray(values), np.asarray(first, dtype=np.int64), width)
 
 
-def _close_sparse(filled: BoolArray, first: IntArray) -> BoolArray:
+def close_sparse(filled: BoolArray, first: IntArray) -> BoolArray:
     """Cells of elevations (m, rows), with the gaps between filled ones closed where only few are filled.
 
     On what is far from all scanners, points lie farther apart than cells are long; a surface they are all the same.
@@ -353,15 +364,15 @@ def _close_sparse(filled: BoolArray, first: IntArray) -> BoolArray:
     return _core.close_sparse(filled, np.asarray(first, dtype=np.int64), around=around, share=share, width=width)
 
 
-def _filled_below(filled: BoolArray) -> IntArray:
+def filled_below(filled: BoolArray) -> IntArray:
     """How many of the heights below each (total, rows + 1) hold a voxel, by those that do (total, rows)."""
     below = np.zeros((len(filled), filled.shape[1] + 1), dtype=np.int16)
     np.cumsum(filled, axis=1, out=below[:, 1:])
     return below
 
 
-def _share_filled(below: IntArray, low: FloatArray, high: FloatArray, step: float) -> FloatArray:
-    """Share of the heights from `low` to `high` (m) that are filled, for each row of `_filled_below`."""
+def share_filled(below: IntArray, low: FloatArray, high: FloatArray, step: float) -> FloatArray:
+    """Share of the heights from `low` to `high` (m) that are filled, for each row of `filled_below`."""
     row = np.arange(len(below))
     first, last = (np.clip(np.round(h / step).astype(np.int64), 0, below.shape[1] - 1) for h in (low, high))
     shares: FloatArray = (below[row, last] - below[row, first]) / np.maximum(last - first, 1)

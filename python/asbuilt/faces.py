@@ -79,11 +79,8 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     """For (above 0) or against (below) a wall on each step of the elevations (m,)."""
     upper, lower, whole = (closed(elevations, part, parameters) for part in ("upper", "lower", "whole"))
     behind = elevations.ceiling_behind + elevations.floor_behind
-    score = 1.5 * upper + lower - 0.45
-    # What shows under the ceiling decides; without it the rest of the height counts for little.
-    hidden = (score < 0) & (elevations.front > 0.4) & (behind < 0.25) & (elevations.low_behind < 0.3)
-    score = np.where(hidden, -0.02, score)
-    score = np.where(upper < 0.2, np.minimum(score, 0.35 * whole - 0.05), score)
+    hidden = (elevations.front > 0.4) & (behind < 0.25) & (elevations.low_behind < 0.3)
+    score = score_filling(upper, lower, whole, hidden)
     # No room sees what lies inside another wall.
     inside = (smooth(elevations.whole, elevations.first, 3) < 0.02) & (elevations.front < 0.5)
     score = np.where(inside, np.minimum(score, -0.02), score)
@@ -98,6 +95,14 @@ def score_steps(elevations: Elevations, parameters: WallParameters) -> FloatArra
     # About a partition one can walk, and see over it: its own filling alone counts.
     partition = np.repeat(elevations.partition, np.diff(elevations.first))
     return np.where(partition, np.where(lower < 0.15, -1.5, 1.5 * lower - 0.6), score)
+
+
+def score_filling(upper: FloatArray, lower: FloatArray, whole: FloatArray, hidden: BoolArray | bool) -> FloatArray:
+    """For or against a wall on steps (m,) by what is filled on the plane; little where something may be hidden."""
+    score = 1.5 * upper + lower - 0.45
+    score = np.where(hidden & (score < 0), -0.02, score)
+    # What shows under the ceiling decides; without it the rest of the height counts for little.
+    return np.where(upper < 0.2, np.minimum(score, 0.35 * whole - 0.05), score)
 
 
 def closed(elevations: Elevations, part: str, parameters: WallParameters) -> FloatArray:
@@ -263,23 +268,20 @@ def maximal_runs(scores: FloatArray, least: float, drop: float) -> list[tuple[in
     that. Runs of less than `least` are left out.
     """
     runs = []
-    i = 0
+    past = 0
     of_step = scores.tolist()
-    while i < len(of_step):
-        if of_step[i] <= 0:
-            i += 1
+    for first in np.flatnonzero(scores > 0).tolist():
+        if first < past:
             continue
         total = best = 0.0
-        end = i
-        for j in range(i, len(of_step)):
-            total += of_step[j]
+        for i in range(first, len(of_step)):
+            total += of_step[i]
             if total > best:
-                best, end = total, j
+                best, past = total, i + 1
             if total < best - drop or total < 0:
                 break
         if best >= least:
-            runs.append((i, end + 1, best))
-        i = end + 1
+            runs.append((first, past, best))
     return runs
 
 

@@ -50,17 +50,14 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     replaced = partition.copy()
     faces: list[FloatArray] = []
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    long = np.flatnonzero(length >= _MIN_LENGTH)
-    line, voxel, along, offset = voxels.strips(lines[long], _MAX_THICKNESS + 0.15, 0.1)
-    z = voxels.z[voxel]
-    first = np.searchsorted(line, np.arange(len(long) + 1))
-    for number, i in enumerate(long):
-        of_line = slice(first[number], first[number + 1])
+    for i in np.flatnonzero(length >= _MIN_LENGTH):
         if replaced[i] or partition[i]:
             continue
+        _, voxel, along, offset = voxels.strips(lines[[i]], _MAX_THICKNESS + 0.15, 0.1)
+        z = voxels.z[voxel]
         direction = (lines[i, 2:] - lines[i, :2]) / length[i]
-        for low, high in _stretches(z[of_line], along[of_line], offset[of_line], length[i]):
-            here = np.flatnonzero((along[of_line] > low - 0.1) & (along[of_line] < high + 0.1)) + of_line.start
+        for low, high in _stretches(z, along, offset, length[i]):
+            here = np.flatnonzero((along > low - 0.1) & (along < high + 0.1))
             stretch = np.concatenate([lines[i, :2] + place * direction for place in (low, high)])
             found = _partition(
                 stretch,
@@ -178,7 +175,7 @@ def _two_planes(
     second = y**2 + np.array([nx**2, 2 * nx * ny, ny**2]) @ covariance.compress(standing, axis=0).T
     # The planes may be turned against the line: c is linear along it, and so are its products.
     terms = np.column_stack([np.ones_like(y), y, s * y, s, s**2])
-    (constant, middle, turn, *_), *_ = np.linalg.lstsq(terms, second, rcond=None)
+    (constant, middle, turn, *_), *_ = np.linalg.lstsq(terms.T @ terms, terms.T @ second, rcond=None)
     middle, turn = middle / 2, turn / 2
     half = np.sqrt(max(constant + middle**2, 0.0))
     share = np.mean(y - middle - turn * s) / max(half, 1e-6)

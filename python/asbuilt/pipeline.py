@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from asbuilt import _core
+from asbuilt.bare_lines import drop_bare
 from asbuilt.columns import drop_sides, find_columns
 from asbuilt.corners import close_corners, drop_columns
 from asbuilt.cross_sections import select_cross_sections
@@ -116,7 +117,8 @@ def _plan_by_profiles(
     """Not in the paper: walls by what stands from floor to ceiling, fitted to the points."""
     voxels = storey_voxels(evidence, level, above)
     lines = find_wall_lines(columns(voxels), voxels, parameters.walls)
-    elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
+    lines, partition = drop_bare(*find_partitions(lines, voxels), voxels, parameters.walls)
+    elevations = draw_elevations(lines, partition, voxels)
     scores = score_steps(elevations, parameters.walls)
     faces = turn_backs(find_faces(elevations, scores, parameters.walls), elevations)
     faces = drop_unmet(drop_leaves(drop_doubles(faces)), elevations)

@@ -1,0 +1,74 @@
+"""Lines on whose planes too little stands for a wall are left out before elevations are drawn (not in the paper).
+
+Lines are traced through furniture, too; most bear no wall. What their planes hold tells that of the greater part, at a
+tenth of what an elevation costs, most of which lies beyond the ends of its line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from asbuilt.elevations import (
+    ON_PLANE,
+    ceiling_heights,
+    close_gaps,
+    close_sparse,
+    filled_below,
+    ranges,
+    share_filled,
+    step_of,
+    usual,
+)
+from asbuilt.faces import maximal_runs, score_filling
+from asbuilt.grid import BoolArray, FloatArray
+from asbuilt.params import WallParameters
+from asbuilt.profiles import StoreyVoxels
+
+_UPPER = ((0.45, 0.1), (0.85, 0.5))
+"""The upper zone of a wall, from and to this far below the ceiling, and below a cornice, m."""
+_LEAST = 0.5
+"""Share of a wall's least score with which a line stays: an elevation may show more than the filling of its plane."""
+_FEW = 6
+"""A ceiling does not change from step to step: it is looked up at one of so many."""
+
+
+def drop_bare(
+    lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, parameters: WallParameters
+) -> tuple[FloatArray, BoolArray]:
+    """Lines (n, 4), m, that may bear a wall, and which of them are partitions' (n,), all of which stay.
+
+    A line stays where the filling of its plane alone, under whichever ceiling speaks for it most, scores as a wall.
+    """
+    if len(lines) == 0:
+        return lines, partition
+    step = step_of(voxels)
+    length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    first = np.concatenate([[0], np.cumsum(np.ceil(length / step).astype(np.int64))])
+    total = int(first[-1])
+    hits = voxels.hits(lines, ON_PLANE, 0.0, step, first)
+    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
+    on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
+    below = filled_below(close_sparse(hits.by_height(on_plane, step, rows) > 0, first))
+
+    few = np.arange(0, total, _FEW)
+    line_of = np.searchsorted(first, few, side="right") - 1
+    along = ((lines[:, 2:] - lines[:, :2]) / length[:, None])[line_of]
+    place = lines[line_of, :2] + ((few - first[line_of] + 0.5) * step)[:, None] * along
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    sampled = [ceiling_heights(place, along, side * normal, voxels) for side in (1, -1)]
+    ceilings = [np.repeat(np.where(np.isfinite(found), found, voxels.height), _FEW)[:total] for found in sampled]
+
+    lower = share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
+    whole = share_filled(below, np.full(total, 0.15), np.full(total, voxels.height - _UPPER[0][1]), step)
+    zones = [share_filled(below, ceiling - a, ceiling - b, step) for ceiling in ceilings for a, b in _UPPER]
+    full = max(usual(whole, whole), 0.1)
+    width = 2 * (round(parameters.closing / step) // 2) + 1
+    upper, lower, whole = (
+        np.clip(close_gaps(part, first, width) / full, 0, 1) for part in (np.max(zones, axis=0), lower, whole)
+    )
+    scores = score_filling(upper, lower, whole, hidden=True) * step
+    stays = partition.copy()
+    for line in np.flatnonzero(~partition & (length > 0)):
+        runs = maximal_runs(scores[first[line] : first[line + 1]], _LEAST * parameters.min_score, parameters.drop)
+        stays[line] = bool(runs)
+    return lines[stays], partition[stays]
