@@ -42,6 +42,9 @@ def test_boxes_hold_what_lies_in_them(voxels: StoreyVoxels) -> None:
     assert np.array_equal(voxels.in_box(low, high), np.flatnonzero(inside))
     assert inside.any()
     assert len(voxels.in_box(high, low)) == 0
+    between = inside & (voxels.z > 0.4) & (voxels.z < 1.1)
+    assert 0 < between.sum() < inside.sum()
+    assert np.array_equal(voxels.in_box(low, high, (0.4, 1.1)), np.flatnonzero(between))
 
 
 def test_the_highest_voxel_over_each_cell(voxels: StoreyVoxels) -> None:

@@ -109,7 +109,13 @@ class PointReader:
 @final
 class Places:
     def __new__(cls, points: NDArray[np.float64], index: NDArray[np.int32], cell: float) -> Self: ...
-    def in_box(self, low: tuple[float, float], high: tuple[float, float]) -> NDArray[np.int64]: ...
+    def in_box(
+        self,
+        low: tuple[float, float],
+        high: tuple[float, float],
+        heights: NDArray[np.float64] | None = None,
+        between: tuple[float, float] | None = None,
+    ) -> NDArray[np.int64]: ...
     def strips(
         self,
         segments: NDArray[np.float64],

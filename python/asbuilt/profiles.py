@@ -94,9 +94,17 @@ class StoreyVoxels:
         steps = np.asarray(first, dtype=np.int64)
         return self._places.hits(self.z, np.ascontiguousarray(lines), half_width, margin, step, steps)
 
-    def in_box(self, low: Sequence[float] | FloatArray, high: Sequence[float] | FloatArray) -> IntArray:
-        """Indices (h,) of the voxels in a rectangle between two corners (2,), m; in order."""
-        return self._places.in_box((float(low[0]), float(low[1])), (float(high[0]), float(high[1])))
+    def in_box(
+        self,
+        low: Sequence[float] | FloatArray,
+        high: Sequence[float] | FloatArray,
+        between: tuple[float, float] | None = None,
+    ) -> IntArray:
+        """Indices (h,) of the voxels in a rectangle between two corners (2,), m; in order. Those `between` two heights
+        (m) alone, if they are given.
+        """
+        ends = (float(low[0]), float(low[1])), (float(high[0]), float(high[1]))
+        return self._places.in_box(*ends, self.z if between else None, between)
 
     @cached_property
     def tops(self) -> tuple[IntArray, FloatArray]:

@@ -161,14 +161,17 @@ def measure_rooms(
     digits = max(2, len(str(len(order))))
     bottom, top = np.zeros((2, len(voxels.z)), dtype=np.bool_)
     bottom[voxels.first[:-1]], top[voxels.first[1:] - 1] = True, True
+    bottom &= np.abs(voxels.z) < _FLOOR
+    top &= voxels.z > _HEADROOM
+    one = voxels.voxel
     rooms = []
     for number, polygon in enumerate(order, start=1):
         inner = polygon.buffer(-_ASIDE)
-        near = voxels.in_box(inner.bounds[:2], inner.bounds[2:])
-        z = voxels.z[near]
-        looked_at = (bottom[near] & (np.abs(z) < _FLOOR), top[near] & (z > _HEADROOM))
         inside = _Inside(inner, voxels)
-        on_floor, at_ceiling = (_surface(inside, near, near[chosen], voxels) for chosen in looked_at)
+        on_floor, at_ceiling = (
+            _surface(inside, voxels.in_box(inner.bounds[:2], inner.bounds[2:], between), outermost, voxels)
+            for outermost, between in ((bottom, (-_FLOOR - one, _FLOOR + one)), (top, (_HEADROOM - one, np.inf)))
+        )
         floor, ceiling = _level_of(voxels.z[on_floor]), _level_of(voxels.z[at_ceiling])
         here = tuple(
             key
@@ -250,9 +253,9 @@ def close_openings(openings: Sequence[Opening], segments: FloatArray, origin: Fl
     return np.concatenate([ends.reshape(-1, 4), links[far > 1e-3]])
 
 
-def _surface(inside: _Inside, near: IntArray, outermost: IntArray, voxels: StoreyVoxels) -> IntArray:
-    """Those of the voxels near a polygon that are on the surface in it which most of the outermost ones are of."""
-    height = _level_of(voxels.z[inside.of(outermost)])
+def _surface(inside: _Inside, near: IntArray, outermost: BoolArray, voxels: StoreyVoxels) -> IntArray:
+    """Those of the voxels near a polygon that are on the surface in it which most of the outermost ones (n,) are of."""
+    height = _level_of(voxels.z[inside.of(near[outermost[near]])])
     if height is None:
         return np.zeros(0, dtype=np.int64)
     return inside.of(near[np.abs(voxels.z[near] - height) < voxels.voxel])

@@ -152,17 +152,17 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
 
     row = np.round((z - LOWEST) / step).astype(np.int64)
     rows = int(np.round((voxels.height + 0.1 - LOWEST) / step)) + 2
-    row = np.clip(row, 0, rows - 1)
+    cell = column * rows + np.clip(row, 0, rows - 1)
 
     def picture(chosen: BoolArray) -> BoolArray:
-        cells = np.zeros((total, rows), dtype=np.bool_)
-        cells[column[chosen], row[chosen]] = True
-        return cells
+        cells = np.zeros(total * rows, dtype=np.bool_)
+        cells[cell[chosen]] = True
+        return cells.reshape(total, rows)
 
     wall = close_cells(picture((np.abs(depth) < PLANE) & (z > floor[column] + 0.08)), 4, 3)
     # What lies behind a filled stretch of the plane was seen from the other side.
     solid = ~_grown(~wall, 7, 7)
-    hidden = solid[column, row] & (depth > PLANE)
+    hidden = solid.ravel()[cell] & (depth > PLANE)
     back = _back(column[hidden], depth[hidden], solid.sum(axis=1), first, step)
     twin = np.where(np.isfinite(twin), twin, back)
     body = picture((depth > PLANE) & (depth < np.minimum(twin[column] - PLANE, DEPTH - 0.05))) & ~wall

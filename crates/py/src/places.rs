@@ -15,6 +15,21 @@ pub struct Places {
     inner: asbuilt_core::places::Places,
 }
 
+impl Places {
+    /// Whether a point does not lie between two heights; without heights none is out.
+    fn is_out<'a>(
+        &self,
+        heights: Option<&'a [f64]>,
+        between: Option<[f64; 2]>,
+    ) -> PyResult<impl Fn(usize) -> bool + Send + Sync + 'a> {
+        if heights.is_some_and(|heights| heights.len() != self.inner.points().len()) {
+            return Err(PyValueError::new_err("expected a height for each point"));
+        }
+        let [low, high] = between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        Ok(move |point: usize| heights.is_some_and(|heights| !(heights[point] > low && heights[point] < high)))
+    }
+}
+
 #[pymethods]
 impl Places {
     #[new]
@@ -30,11 +45,25 @@ impl Places {
         Ok(Self { inner })
     }
 
-    /// Indices of the points in a rectangle (m), in order.
-    fn in_box<'py>(&self, py: Python<'py>, low: [f64; 2], high: [f64; 2]) -> Bound<'py, PyArray1<i64>> {
+    /// Indices of the points in a rectangle (m), in order; of those, as in `strips`, that lie between two heights.
+    #[pyo3(signature = (low, high, heights=None, between=None))]
+    fn in_box<'py>(
+        &self,
+        py: Python<'py>,
+        low: [f64; 2],
+        high: [f64; 2],
+        heights: Option<PyReadonlyArray1<'py, f64>>,
+        between: Option<[f64; 2]>,
+    ) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let heights = heights.as_ref().map(|heights| heights.as_slice()).transpose()?;
+        let is_out = self.is_out(heights, between)?;
         let mut found = Vec::new();
-        self.inner.in_box(low, high, |i| found.push(i as i64));
-        found.into_pyarray(py)
+        self.inner.in_box(low, high, |i| {
+            if !is_out(i) {
+                found.push(i as i64);
+            }
+        });
+        Ok(found.into_pyarray(py))
     }
 
     /// The points within `half_width` of each segment (n, 4) and at most `margin` beyond its ends: segment index, point
@@ -58,11 +87,7 @@ impl Places {
     )> {
         let segments = rows("segments", &segments)?;
         let heights = heights.as_ref().map(|heights| heights.as_slice()).transpose()?;
-        if heights.is_some_and(|heights| heights.len() != self.inner.points().len()) {
-            return Err(PyValueError::new_err("expected a height for each point"));
-        }
-        let [low, high] = between.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        let is_out = |point: usize| heights.is_some_and(|heights| !(heights[point] > low && heights[point] < high));
+        let is_out = self.is_out(heights, between)?;
         let mut columns = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         py.detach(|| {
             for (segment, &ends) in segments.iter().enumerate() {
