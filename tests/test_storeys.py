@@ -48,6 +48,17 @@ def test_a_missing_ceiling() -> None:
     assert found.ceiling == pytest.approx(2.45, abs=CEILING)
 
 
+def test_missing_ceilings_under_another_storey() -> None:
+    """The floor above, which falls into two bins of voxels, is no ceiling."""
+    floors = (0.0, 3.002)
+    rooms = [box_room(0, 0, 6, 5, z, z + 2.8) for z in floors]
+    rooms = [room[room[:, 2] < z + 2.65] for room, z in zip(rooms, floors, strict=True)]
+    noise = np.random.default_rng(0).normal(0, 0.004, (sum(map(len, rooms)), 3))
+    found = find_storeys(evidence(np.concatenate(rooms) + noise))
+    assert [storey.floor for storey in found] == pytest.approx(floors, abs=FLOOR)
+    assert [storey.ceiling for storey in found] == pytest.approx([z + 2.65 for z in floors], abs=CEILING)
+
+
 def test_a_roof_over_missing_ceilings() -> None:
     """The tops of walls under a roof are no floor, and the roof is no ceiling."""
     east = box_room(0, 0, 3, 5)

@@ -15,12 +15,10 @@ import numpy as np
 from asbuilt import _core
 from asbuilt.evidence import Evidence
 from asbuilt.grid import FloatArray, IntArray
-from asbuilt.storeys import Level
+from asbuilt.storeys import SLAB, Level
 
 _BELOW_FLOOR = 0.3
 """Voxels this far below the floor of the lowest storey still belong to it, m: steps, thresholds, sunken floors."""
-_SLAB = 0.12
-"""A storey ends this far below the floor above it, m."""
 _OVER_CEILING = 0.1
 """And this far over its ceiling, m: the ceiling's own points."""
 TOP_CELL = 0.1
@@ -139,9 +137,9 @@ def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> Stor
     height = level.ceiling - level.floor
     top = height + _OVER_CEILING
     if above is not None:
-        top = min(top, above.floor - _SLAB - level.floor)
+        top = min(top, above.floor - SLAB - level.floor)
     # What lies lower under another floor is the ceiling of the storey below.
-    low = -(_BELOW_FLOOR if level.index == 0 else _SLAB)
+    low = -(_BELOW_FLOOR if level.index == 0 else SLAB)
     layer = _core.layer_of(
         evidence.index.astype(np.int32, copy=False),
         evidence.mean,

@@ -27,6 +27,8 @@ _FLOOR_IN_PATCHES = 0.2
 """At least this share of a floor's cells lies in patches, where the tops of walls make strips."""
 _WALL, _REACH = 1.5, 20.0
 """What stands this high (m) may be a wall, and what has walls within this distance (m) on all four sides is indoors."""
+SLAB = 0.12
+"""A storey ends this far below the floor above it, m."""
 _OPEN = np.iinfo(np.int32).max
 """Gap over the highest voxel of a column."""
 
@@ -293,7 +295,7 @@ def _ceiling_height(
     """
     z = occupied[:, 2]
     floor_bin = int(np.floor(floor / voxel))
-    limit = int(np.floor(above / voxel)) if above is not None else int(z.max()) + 1
+    limit = int(np.ceil((above - SLAB) / voxel)) if above is not None else int(z.max()) + 1
     near = (z <= floor_bin + headroom // 2) & (z >= floor_bin - 2)
     over = np.flatnonzero(near & stood_on & (gap < _OPEN))
     tops = z[over] + gap[over]
