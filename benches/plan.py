@@ -27,6 +27,7 @@ import numpy as np
 from run import ASBUILT, ROOT, measure, processor
 
 import asbuilt
+from asbuilt.params import EvidenceParameters
 
 PAGE = ROOT / "docs" / "benchmarks.md"
 LANE = 25.0
@@ -112,7 +113,7 @@ def main() -> None:
         return
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "one.evidence"
-        gathered = asbuilt.Parameters().replace(evidence={"voxel": given.voxel}).evidence
+        gathered = EvidenceParameters(given.voxel)
         asbuilt.gather_evidence(asbuilt.read(given.scans), gathered).save(path)
         command = [*ASBUILT, "plan", str(path), "-o", str(Path(folder) / "plan.geojson")]
         command += ["--set", f"storeys.voxel={storeys_voxel(given.voxel)}"]

@@ -141,6 +141,7 @@ def test_a_bad_input_is_one_line_that_names_the_file(command, name, content, roo
         ["--set", "rho=1"], ["--set", "lines.rho=1"], ["--set", "no.rho=1"], ["--set", "lines.rho_step=wide"],
         ["--set", "lines.max_lines=3.5"], ["--set", "lines.rho_step=true"], ["--set", "walls.bridge=wide"],
         ["--max-lines", 3], ["--hough", "batch"], ["--set", "storeys.slab=0"], ["--snap-deg", 3],
+        ["--voxel", 0.03], ["--voxel", 0.2], ["--voxel", 0.1, "--set", "storeys.voxel=0.25"],
         ["--preset", "paper", "--unseen-thickness", 0.2], ["--preset", "paper", "--band", 1, 2, "--slices", 3],
     ],
     ids=lambda wrong: " ".join(map(str, wrong)),
@@ -164,7 +165,9 @@ def test_an_option_that_the_preset_or_the_outputs_do_not_read_is_told_with_the_o
 def test_skip_bad_goes_on_lists_what_it_left_out_and_exits_3(room, run, tmp_path):
     bad = tmp_path / "bad.las"
     bad.write_bytes(b"not a cloud")
-    assert run("plan", room, bad, "-o", tmp_path / "plan.geojson")[0] == 2
+    code, _, err = run("plan", room, bad, "-o", tmp_path / "plan.geojson")
+    assert (code, one_line(err, bad), "--skip-bad" in err) == (2, True, True)
+    assert "--skip-bad" not in run("plan", bad, "-o", tmp_path / "plan.geojson")[2]
     code, _, err = run("plan", room, bad, "-o", tmp_path / "plan.geojson", "--skip-bad")
     assert code == 3
     assert err.startswith(f"asbuilt: left out: {bad}")
@@ -194,7 +197,7 @@ def test_skip_bad_leaves_out_evidence_that_is_wrong_behind_its_head(run, tmp_pat
         assert (code, one_line(err)) == (2, True)
         code, _, err = run("info", *inputs, "--skip-bad")
         assert code == 3
-        assert err.startswith(f"asbuilt: left out: {bad}")
+        assert f"\nasbuilt: left out: {bad}" in err
 
 
 def test_the_page_on_the_command_line_tells_every_command(run):
@@ -244,6 +247,13 @@ def test_info_prints_what_the_files_hold_and_draws_the_heights(room, run):
     assert f"points  {len(laspy.read(room).points):,}" in out
     assert re.search(r"^ +0.00 to 0.10 \|#+ +< floor of storey 0 at 0.05$", out, re.MULTILINE)
     assert "ceiling of storey 0" in out
+
+
+def test_info_asks_for_the_unit_where_heights_are_those_of_no_building(run, tmp_path):
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(0.0, 5000.0, 50.0), np.arange(0.0, 4000.0, 50.0)))
+    scan = write_las(tmp_path / "mm.las", np.concatenate([np.column_stack([x, y, 0 * x + z]) for z in (0.0, 2600.0)]))
+    code, _, err = run("info", scan)
+    assert (code, err.startswith("asbuilt: note: unit: "), "--unit mm" in err) == (0, True, True)
 
 
 def test_info_of_headers_reads_no_points(room, run, monkeypatch):

@@ -142,7 +142,7 @@ class Evidence:
         """
         factor = round(voxel / self.voxel)
         if factor < 1 or abs(factor * self.voxel - voxel) > 1e-9:
-            raise ParameterError(f"voxel {voxel} m: expected a multiple of the evidence's {self.voxel} m")
+            raise ParameterError(f"voxel {voxel:g} m: expected a multiple of the evidence's {self.voxel:g} m")
         return _core.coarser(self.index.astype("int32", copy=False), factor)
 
     def merged(self, *others: Evidence) -> Evidence:

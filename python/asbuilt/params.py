@@ -277,6 +277,11 @@ class Parameters:
 
     def __post_init__(self) -> None:
         _check(self.method in _PRESET_OF, "method", self.method, "paper or profile")
+        whole, part = self.storeys.voxel, self.evidence.voxel
+        if part != EvidenceParameters.voxel:  # else an evidence file may tell another one
+            fits = round(whole / part) >= 1 and abs(whole - round(whole / part) * part) < 1e-9
+            expected = f"storeys.voxel = {whole:g} m or a whole part of it, such as {whole / 2:g} or {whole / 4:g}"
+            _check(fits, "evidence.voxel", f"{part:g}", expected)
         for method, alone in _READ_BY_ONE.items():
             changed = (
                 () if method == self.method else ((name, value) for s in alone for name, value in self._changed(s))

@@ -54,7 +54,7 @@ def info_command(
     Exit codes: 0 done, 2 error, 3 done but --skip-bad left files out.
     """
     import asbuilt
-    from asbuilt.frame import doubt_up
+    from asbuilt.frame import doubt_extent, doubt_up
 
     cloud = open_cloud(inputs, unit, up, skip_bad)
     _print_files(cloud)
@@ -69,8 +69,8 @@ def info_command(
         with progress_bar("reading") as progress:
             evidence = asbuilt.gather_evidence(cloud, threads=threads, progress=progress, skip_bad=skip_bad)
         _print_scans(evidence.scans, every)
-        _print_heights(evidence)
-        for note in (*evidence.skipped, *filter(None, [doubt_up(evidence)])):
+        found = _print_heights(evidence)
+        for note in (*evidence.skipped, *filter(None, [doubt_up(evidence), None if found else doubt_extent(evidence)])):
             say(f"asbuilt: note: {note}")
         errors = evidence.errors
     for error in errors:
@@ -114,7 +114,8 @@ def _print_scans(scans: list[Any], every: bool) -> None:
         print(f"  and {len(scans) - _LISTED} more; --all lists them")
 
 
-def _print_heights(evidence: Evidence) -> None:
+def _print_heights(evidence: Evidence) -> int:
+    """How many storeys were found in them."""
     from asbuilt.cli.histogram import draw_heights
     from asbuilt.params import StoreyParameters
     from asbuilt.storeys import find_storeys, height_histogram
@@ -127,6 +128,7 @@ def _print_heights(evidence: Evidence) -> None:
     print(f"{storeys}; how many voxels of {voxel:g} m hold points between each two heights (z in m)")
     for line in draw_heights(histogram, levels, columns, max(rows - 4, 40)):
         print(line)
+    return len(levels)
 
 
 def _one_line(text: str, width: int = 80) -> str:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from asbuilt.errors import InputError
+
 if TYPE_CHECKING:
     from asbuilt.read import PointCloud
 
@@ -97,8 +99,14 @@ threads = option(
 def open_cloud(inputs: Sequence[Path], unit: str, up: str, skip_bad: bool) -> PointCloud:
     """`asbuilt.read`; what it passes over in folders is said."""
     import asbuilt
+    from asbuilt.read import find_files
 
-    cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    try:
+        cloud = asbuilt.read(*inputs, unit=unit, up=up, skip_bad=skip_bad)
+    except InputError as error:
+        if skip_bad or len(find_files(inputs)) < 2:
+            raise
+        raise InputError(f"{error}; --skip-bad goes on without it") from error
     for reason in cloud.passed_over:
         say(f"asbuilt: note: passed over: {reason}")
     return cloud

@@ -206,9 +206,10 @@ def _print_summary(plan: FloorPlan, points: int, files: int, written: list[Path]
     print(f"{points:,} points in {files} {'file' if files == 1 else 'files'}")
     for storey in plan:
         length = sum(face.length for face in storey.wall_faces)
+        faces = len(storey.wall_faces)
         print(
             f"storey {storey.index}: floor {storey.floor:.2f} m, ceiling {storey.ceiling:.2f} m, "
-            f"{len(storey.wall_faces)} wall faces, {length:.1f} m"
+            f"{faces} wall {'face' if faces == 1 else 'faces'}, {length:.1f} m"
             + "".join(
                 f", {len(elements)} {name if len(elements) == 1 else f'{name}s'}"
                 for name, elements in (("door", storey.doors), ("window", storey.windows), ("room", storey.rooms))
