@@ -231,6 +231,12 @@ def test_advice_names_what_was_meant(wrong, told, room, run, tmp_path):
     assert err.count("Did you mean") == told.count("Did you mean")
 
 
+def test_an_output_without_its_own_o_is_told_from_a_scan(room, run, tmp_path):
+    code, _, err = run("plan", room, "-o", tmp_path / "plan.dxf", tmp_path / "plan.svg")
+    assert (code, one_line(err, tmp_path / "plan.svg", "-o of its own")) == (2, True)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_reader_that_leaves_early_is_no_bug_where_there_is_no_signal_for_it(room):
     script = "import signal; del signal.SIGPIPE; from asbuilt_start import main; main()"
     ours, theirs = os.pipe()

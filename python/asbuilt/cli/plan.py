@@ -13,7 +13,8 @@ import click
 
 from asbuilt.cli.options import Command, inputs, open_cloud, option, progress_bar, say, skip_bad, threads, unit
 from asbuilt.cli.outputs import check_outputs, drawing, outputs, write_outputs
-from asbuilt.errors import ParameterError
+from asbuilt.errors import InputError, ParameterError
+from asbuilt.export import known_suffixes
 
 if TYPE_CHECKING:
     from asbuilt.params import Parameters
@@ -127,6 +128,12 @@ def plan_command(
 
     Exit codes: 0 done, 1 nothing found (the files are written), 2 error, 3 done but --skip-bad left files out.
     """
+    drawn = next((path for path in inputs if path.suffix.lower() in known_suffixes().keys() - {".csv"}), None)
+    if drawn is not None:
+        raise InputError(
+            f"{drawn}: expected scans, found what is a plan by its name; each output takes an -o of its own, and saved "
+            "plans are read by asbuilt export"
+        )
     options = check_outputs(output, scale=scale, sheet=sheet, north=north, date=date, title=title)
     if band is not None and cross_sections is None:
         cross_sections = "band"
@@ -203,7 +210,7 @@ def _check_crs(crs: str | None) -> None:
 
 
 def _print_summary(plan: FloorPlan, points: int, files: int, written: list[Path]) -> None:
-    print(f"{points:,} points in {files} {'file' if files == 1 else 'files'}")
+    print(f"{points:,} {'point' if points == 1 else 'points'} in {files} {'file' if files == 1 else 'files'}")
     for storey in plan:
         length = sum(face.length for face in storey.wall_faces)
         faces = len(storey.wall_faces)
