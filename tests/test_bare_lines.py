@@ -14,7 +14,6 @@ from rooms import box, box_room, evidence
 
 PARAMETERS = WallParameters()
 WALL, TABLE, NOTHING = (0.0, 0.0, 5.0, 0.0), (1.0, 2.0, 3.0, 2.0), (1.0, 1.0, 4.0, 1.0)
-NO_PARTITION = np.zeros(3, dtype=np.bool_)
 
 
 def scene() -> tuple[StoreyVoxels, np.ndarray]:
@@ -26,26 +25,23 @@ def scene() -> tuple[StoreyVoxels, np.ndarray]:
 
 def test_what_stands_to_the_ceiling_stays_and_a_table_does_not() -> None:
     voxels, lines = scene()
-    kept, partition = drop_bare(lines, NO_PARTITION, voxels, PARAMETERS)
-    assert np.array_equal(kept, lines[:1])
-    assert partition.tolist() == [False]
-
-
-def test_partitions_stay_however_low() -> None:
-    voxels, lines = scene()
-    kept, partition = drop_bare(lines, np.array([False, True, False]), voxels, PARAMETERS)
-    assert np.array_equal(kept, lines[:2])
-    assert partition.tolist() == [False, True]
+    assert np.array_equal(drop_bare(lines, voxels, PARAMETERS), lines[:1])
 
 
 def test_a_wall_under_a_lower_ceiling_than_the_storeys_stays() -> None:
     voxels, lines = scene()
-    kept, _ = drop_bare(lines, NO_PARTITION, replace(voxels, height=voxels.height + 1.5), PARAMETERS)
-    assert np.array_equal(kept, lines[:1])
+    higher = replace(voxels, height=voxels.height + 1.5)
+    assert np.array_equal(drop_bare(lines, higher, PARAMETERS), lines[:1])
 
 
-def test_no_lines_and_no_voxels() -> None:
+def test_a_screen_that_one_can_look_over_stays() -> None:
+    cloud = evidence(box_room(0, 0, 5, 4), box(1.0, 2.0, 3.0, 2.1, 1.9))
+    [level] = find_storeys(cloud)
+    voxels = storey_voxels(cloud, level, None)
+    lines = np.array([TABLE, NOTHING]) - np.tile(voxels.origin, 2)
+    assert np.array_equal(drop_bare(lines, voxels, PARAMETERS), lines[:1])
+
+
+def test_no_lines() -> None:
     voxels, lines = scene()
-    kept, partition = drop_bare(lines[:0], NO_PARTITION[:0], voxels, PARAMETERS)
-    assert kept.shape == (0, 4)
-    assert partition.shape == (0,)
+    assert drop_bare(lines[:0], voxels, PARAMETERS).shape == (0, 4)

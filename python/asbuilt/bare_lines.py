@@ -6,6 +6,8 @@ tenth of what an elevation costs, most of which lies beyond the ends of its line
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from asbuilt.elevations import (
@@ -20,7 +22,7 @@ from asbuilt.elevations import (
     usual,
 )
 from asbuilt.faces import maximal_runs, score_filling
-from asbuilt.grid import BoolArray, FloatArray
+from asbuilt.grid import FloatArray
 from asbuilt.params import WallParameters
 from asbuilt.profiles import StoreyVoxels
 
@@ -32,15 +34,13 @@ _FEW = 6
 """A ceiling does not change from step to step: it is looked up at one of so many."""
 
 
-def drop_bare(
-    lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, parameters: WallParameters
-) -> tuple[FloatArray, BoolArray]:
-    """Lines (n, 4), m, that may bear a wall, and which of them are partitions' (n,), all of which stay.
+def drop_bare(lines: FloatArray, voxels: StoreyVoxels, parameters: WallParameters) -> FloatArray:
+    """Of lines (n, 4), m from the storey's origin, those that may bear a wall; none of none.
 
     A line stays where the filling of its plane alone, under whichever ceiling speaks for it most, scores as a wall.
     """
     if len(lines) == 0:
-        return lines, partition
+        return lines
     step = step_of(voxels)
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
     first = np.concatenate([[0], np.cumsum(np.ceil(length / step).astype(np.int64))])
@@ -67,8 +67,7 @@ def drop_bare(
         np.clip(close_gaps(part, first, width) / full, 0, 1) for part in (np.max(zones, axis=0), lower, whole)
     )
     scores = score_filling(upper, lower, whole, hidden=True) * step
-    stays = partition.copy()
-    for line in np.flatnonzero(~partition & (length > 0)):
-        runs = maximal_runs(scores[first[line] : first[line + 1]], _LEAST * parameters.min_score, parameters.drop)
-        stays[line] = bool(runs)
-    return lines[stays], partition[stays]
+    runs = (
+        maximal_runs(scores[low:high], _LEAST * parameters.min_score, parameters.drop) for low, high in pairwise(first)
+    )
+    return lines[[bool(found) for found in runs]]

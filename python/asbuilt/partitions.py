@@ -24,6 +24,10 @@ _MAX_THICKNESS = 0.2
 """Thicker things that stand free are furniture, m."""
 _HEIGHTS = (0.3, 1.6)
 """A partition is filled from and to these heights, m."""
+_FLOOR = 0.08
+"""What lies this near to the height of the floor is floor, m."""
+_CEILING = 0.15
+"""And so far below the ceiling, or higher, nothing is looked at, m."""
 _DOOR_HEIGHT = 1.95
 """A screen lower than this is furniture, unless it is long and thick, m."""
 _STEP = 0.05
@@ -50,10 +54,11 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     replaced = partition.copy()
     faces: list[FloatArray] = []
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
+    between = (-_FLOOR, voxels.height - _CEILING)
     for i in np.flatnonzero(length >= _MIN_LENGTH):
         if replaced[i] or partition[i]:
             continue
-        _, voxel, along, offset = voxels.strips(lines[[i]], _MAX_THICKNESS + 0.15, 0.1)
+        _, voxel, along, offset = voxels.strips(lines[[i]], _MAX_THICKNESS + 0.15, 0.1, between)
         z = voxels.z[voxel]
         direction = (lines[i, 2:] - lines[i, :2]) / length[i]
         for low, high in _stretches(z, along, offset, length[i]):
@@ -193,7 +198,7 @@ def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray)
     A cupboard shows its sides where it shows its front; a screen has none. Its end, where seen, shows how thick it is.
     """
     standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1])
-    on_floor = np.abs(z) < 0.08
+    on_floor = np.abs(z) < _FLOOR
 
     def covered(chosen: BoolArray, low: float = 0.0, high: float = length) -> float:
         chosen = chosen & (along >= low) & (along < high)
@@ -242,11 +247,11 @@ def _stands_free(
         return np.count_nonzero(np.bincount((s[chosen] * steps).astype(np.int64))) / (steps + 1)
 
     standing = (z > _HEIGHTS[0]) & (z < _HEIGHTS[1])
-    floor = [covered((np.abs(z) < 0.08) & (out > 0.03) & (out < 0.13)) for out in outside]
+    floor = [covered((np.abs(z) < _FLOOR) & (out > 0.03) & (out < 0.13)) for out in outside]
     filled = [covered(standing & (np.abs(out) < 0.03)) for out in outside]
     inside = (outside < 0.02).all(axis=0)
     before = (standing & ~inside & (np.abs(offset) < _MAX_THICKNESS)).sum()
-    under_ceiling = (inside & (z > height - 0.6) & (z < height - 0.15)).sum()
+    under_ceiling = (inside & (z > height - 0.6) & (z < height - _CEILING)).sum()
     thin = np.ptp(planes.mean(axis=1)) < _SHARED
     return bool(
         min(floor) > 0.5

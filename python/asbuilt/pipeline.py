@@ -117,8 +117,8 @@ def _plan_by_profiles(
     """Not in the paper: walls by what stands from floor to ceiling, fitted to the points."""
     voxels = storey_voxels(evidence, level, above)
     lines = find_wall_lines(columns(voxels), voxels, parameters.walls)
-    lines, partition = drop_bare(*find_partitions(lines, voxels), voxels, parameters.walls)
-    elevations = draw_elevations(lines, partition, voxels)
+    lines = drop_bare(lines, voxels, parameters.walls)
+    elevations = draw_elevations(*find_partitions(lines, voxels), voxels)
     scores = score_steps(elevations, parameters.walls)
     faces = turn_backs(find_faces(elevations, scores, parameters.walls), elevations)
     faces = drop_unmet(drop_leaves(drop_doubles(faces)), elevations)
