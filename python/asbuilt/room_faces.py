@@ -141,7 +141,8 @@ def _beyond(face: Face, within: list[tuple[float, float]], elevations: Elevation
         if high - low < _BEHIND:
             continue  # no more than the wall that it meets there
         part = replace(face, start=face.start + low * face.along, end=face.start + high * face.along)
-        if (scores[elevations.between(face.line, part.start, part.end)] > 0).mean() > 0.5:
+        steps = scores[elevations.between(face.line, part.start, part.end)]
+        if np.count_nonzero(steps > 0) > 0.5 * len(steps):
             parts.append(part)
     return parts
 
