@@ -75,7 +75,7 @@ def test_options_reach_the_parameters_and_the_plan_file(room, run, tmp_path):
     path = tmp_path / "plan.geojson"
     said = ["--preset", "paper", "-k", 2, "--hough", "batch", "--fill-gap", 0.5, "--min-length", 0.3, "--snap-deg", 3]
     code, _, err = run(
-        "plan", room, "-o", path, *said, "--slices", 5, "--crs", "EPSG:25832", "--set", "lines.rho_step=0.5"
+        "plan", room, "-o", path, *said, "--slices", 5, "--crs", "epsg:25832", "--set", "lines.rho_step=0.5"
     )
     assert code == 0, err
     plan = asbuilt.load_plan(path)

@@ -304,21 +304,22 @@ def test_several_files_of_different_kinds_become_one(tmp_path, monkeypatch):
 
 def test_the_plan_of_another_building_is_told(run, tmp_path):
     points, _ = surfaces()
-    own, other = (
-        write_las(tmp_path / "own.las", points),
-        write_las(tmp_path / "other.las", points + np.array([40.0, 0.0, 0.0])),
-    )
-    about = {"name": "other.las", "size": 1, "checksum": asbuilt.read(other).files[0].checksum()}
+    away = points + np.array([40.0, 0.0, 0.0])
+    own = write_las(tmp_path / "own.las", points)
+    yard = write_las(tmp_path / "yard.las", np.concatenate([points, away]))
 
-    def told(scan: Path, *inputs: dict[str, object]) -> str:
-        export(replace(complete_plan(), inputs=inputs), tmp_path / "plan.geojson")
-        code, _, err = run("label", scan, "--plan", tmp_path / "plan.geojson", "-o", tmp_path / "labelled.las")
+    def told(scan: Path, made_from: Path, *options: str) -> str:
+        about = {"name": "scan", "size": 1, "checksum": asbuilt.read(made_from).files[0].checksum()}
+        export(replace(complete_plan(), inputs=(about,)), tmp_path / "plan.geojson")
+        command = ("label", scan, "--plan", tmp_path / "plan.geojson", "-o", tmp_path / "labelled.las", *options)
+        code, _, err = run(*command)
         assert code == 0
         return err
 
-    assert told(own) == ""
-    assert told(other, about) == ""  # its own, though most of it is outdoors
-    assert told(other).startswith("asbuilt: note: 100% of the points are outside")
+    assert told(own, yard) == ""
+    assert told(yard, yard) == ""  # its own, though half of it is outdoors
+    assert "% of the points are outside: " in told(yard, own)
+    assert "% of the points are outside: " in told(own, own, "--unit", "ft")
 
 
 def test_units_and_axes_are_for_looking_up_only(tmp_path):

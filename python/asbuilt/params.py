@@ -324,7 +324,8 @@ class Parameters:
         changes: dict[str, Any] = {}
         for stage, change in stages.items():
             if stage not in {f.name for f in dataclasses.fields(self)}:
-                raise ParameterError(f"parameters have no stage {stage!r}")
+                stages_of = ", ".join(f.name for f in dataclasses.fields(self) if f.default is dataclasses.MISSING)
+                raise ParameterError(f"parameters have no stage {stage!r}; they have {stages_of}")
             if isinstance(change, dict):
                 names = [known.name for known in dataclasses.fields(getattr(self, stage))]
                 unknown = next((name for name in change if name not in names), None)

@@ -89,7 +89,10 @@ def extract_floor_plan(
             "if it should, see by asbuilt info whether it is in metres with z up (--unit, --up)"
         )
     elif storey is not None and not 0 <= storey < len(levels):
-        raise ParameterError(f"storey {storey}: expected 0 to {len(levels) - 1}, the storeys that were found")
+        expected = (
+            "0, the only one found" if len(levels) == 1 else f"0 to {len(levels) - 1}, the storeys that were found"
+        )
+        raise ParameterError(f"storey {storey}: expected {expected}")
     notes += [
         f"storeys: floors at {level.floor:.2f} and about {step:.1f} m are taken for one storey with a step; "
         "if they are those of two buildings, plan each from its own scans"

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from asbuilt.read import PointCloud
 
 
-_DOUBTFUL = 0.3
-"""More points than this share of them are seldom outside of their own building."""
+_DOUBTFUL, _CERTAIN = 0.3, 0.9
+"""More points than these shares of them are seldom, and never, outside of their own building."""
 
 
 @click.command("label", cls=Command, no_args_is_help=True)
@@ -66,8 +66,11 @@ def label_command(
         print(f"  {known.title:8} {count:>14,}  {count / max(total, 1):6.1%}")
     print(f"wrote {output}")
     outside = counts[PointClass.OUTSIDE] / max(total, 1)
-    if outside > _DOUBTFUL and not _made_from(drawn, cloud):
-        say(f"asbuilt: note: {outside:.0%} of the points are outside, and the plan names other inputs: is it theirs?")
+    if outside > (_CERTAIN if _made_from(drawn, cloud) else _DOUBTFUL):
+        say(
+            f"asbuilt: note: {outside:.0%} of the points are outside: is the plan that of these scans, read with the "
+            "same --unit and --up?"
+        )
     errors = [file.error for file in cloud.files if file.error is not None]
     for error in errors:
         say(f"asbuilt: left out: {error}")

@@ -154,7 +154,7 @@ def plan_command(
         stage, name, value = _split_setting(setting)
         changes.setdefault(stage, {})[name] = value
     parameters = _parameters(preset, changes)
-    _check_crs(crs)
+    crs = _checked_crs(crs)
 
     import asbuilt
     from asbuilt.frame import check_upright
@@ -204,9 +204,12 @@ def _split_setting(setting: str) -> tuple[str, str, Any]:
         return stage, name, value
 
 
-def _check_crs(crs: str | None) -> None:
+def _checked_crs(crs: str | None) -> str | None:
+    if crs is not None and crs.lower().startswith("epsg:"):
+        crs = crs.upper()
     if crs is not None and not re.fullmatch(r"EPSG:\d+|[A-Z_]+(CRS|CS)\s*\[.*\]\s*", crs, re.DOTALL):
         raise ParameterError(f"--crs {crs[:40]!r}: expected EPSG:n, such as EPSG:25832, or WKT")
+    return crs
 
 
 def _print_summary(plan: FloorPlan, points: int, files: int, written: list[Path]) -> None:
