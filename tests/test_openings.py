@@ -249,6 +249,23 @@ def test_what_a_mirror_shows_is_not_the_other_side_of_the_wall() -> None:
     assert found.width == pytest.approx(1.2, abs=WIDTH)
 
 
+def test_a_shut_house_door_at_the_outer_side_of_a_thick_wall() -> None:
+    points = opened(box_room(0, 0, 6, 4), (2.0, 3.0, 0.0, 2.1), deep=0.6)
+    plan = storey(points, wall((2.0, 4.55), (3.0, 4.55), 0, 2.1))
+    [door] = plan.doors
+    assert door.width == pytest.approx(1.0, abs=WIDTH)
+    assert door.state == "shut"
+    assert plan.windows == ()
+
+
+@pytest.mark.parametrize("foot", [0.0, 0.3])
+def test_a_mirror_is_no_doorway_where_wall_shows_under_it_or_behind_it(foot: float) -> None:
+    rooms = two_rooms() if foot == 0 else box_room(0, 0, 6, 4)
+    ghost = level(2.0, 4.03, 2.9, 4.0 + THICK, 0.0)
+    plan = storey(without(rooms, (2.0, 3.9, foot), (2.9, 4.1, 2.1)), ghost)
+    assert plan.doors == ()
+
+
 def test_of_a_window_whose_reveals_on_one_side_were_not_seen_the_wall_beside_it_tells_the_width() -> None:
     points = opened(box_room(0, 0, 6, 4), (2.0, 3.6, 0.9, 2.2), deep=0.15)
     seen = without(np.concatenate([points, window(2.0, 3.6, 0.9, 2.2)]), (3.35, 4.01, 0), (3.7, 4.6, 2.5))

@@ -68,7 +68,9 @@ def look_behind(sides: WallSides) -> BoolArray:
     beyond = (sides.depth > PLANE) & (sides.depth < np.maximum(sides.twin - PLANE, 2 * PLANE)[sides.column])
     above = sides.z - sides.floor[sides.column]
     going_on = beyond & (above > -0.08) & (above < 0.16)
-    open_below = inside & (lower < 0.2)
+    # Behind a mirror the floor goes on, too, but under it is wall.
+    foot = _share(sides.wall, z, sides.floor + 0.1, sides.floor + 0.3)
+    open_below = inside & (lower < 0.2) & (foot < 0.5)
     through = np.zeros(len(inside), dtype=np.bool_)
     through[sides.column[going_on]] = True
     # Of the floor in a thin wall only some voxels lie clear of both planes.

@@ -23,7 +23,7 @@ from asbuilt.neighbours import near_each
 from asbuilt.opening_boxes import DOOR_WIDTH, SILL, WINDOW_SIZE, Box, Rim, find_boxes, look_behind, measure_rim
 from asbuilt.plan import Door, DoorState, Opening, Point, UnknownOpening, Window
 from asbuilt.profiles import StoreyVoxels
-from asbuilt.wall_sides import DEPTH, LOWEST, PLANE, WallSides, unroll_sides
+from asbuilt.wall_sides import DEPTH, LOWEST, PLANE, REACH, WallSides, unroll_sides
 
 _DOOR_HEIGHT = 1.75
 """Doors are at least this high, m."""
@@ -31,6 +31,8 @@ _CLEAR_HEIGHT = 1.92
 """Without a leaf in them they are higher than this, m: lower ones are gaps before which something hangs."""
 _LEAF = 0.45
 """A leaf fills more than this share of an opening; a pane, through which rays pass, less."""
+_CLOSED = 0.8
+"""What the other side of its wall fills more than this is no opening, unless a leaf fills it: something hides it."""
 _LEAF_THICK = 0.09
 """A leaf and what the other side of its wall lies beyond it are no thicker, m."""
 _LEAFED = 0.34
@@ -213,16 +215,20 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
     width = (box.high - box.low) * step
     rim = measure_rim(box, sides, seen)
     to_ceiling = head > ceiling - 0.12
+    leaf, other_side = _filled(sides, box)
+    if walkable and not to_ceiling:
+        rim = replace(rim, density=max(rim.density, leaf))
     # A recess up to the ceiling is a niche, unless what closes it is as thin as a leaf.
     closes = not to_ceiling or _leaf_behind(sides, box, sill, head)
-    kind = _classify(rim, width, sill - floor, head - sill, to_ceiling, closes, bool(np.isfinite(beyond)))
+    twin = float(np.median(sides.twin[box.low : box.high]))
+    open_behind = other_side < _CLOSED or twin < _LEAF_THICK
+    kind = _classify(rim, width, sill - floor, head - sill, to_ceiling, closes, bool(np.isfinite(beyond)), open_behind)
     if kind is None:
         return None
     jambs = [_jamb(sides, voxels, box, at_end) for at_end in (False, True)]
     (low, sure_low), (high, sure_high) = jambs
     if high - low < min(WINDOW_SIZE[0], DOOR_WIDTH[0]):
         return None
-    twin = float(np.median(sides.twin[box.low : box.high]))
     start, end = sides.at(box.side, low)[0], sides.at(box.side, high)[0]
     score = (rim.left + rim.right + rim.bottom + rim.top) / 4
     return Hole(
@@ -289,11 +295,31 @@ def _widened(box: Box, sides: WallSides) -> Box:
     return replace(box, low=low, high=high)
 
 
+def _filled(sides: WallSides, box: Box) -> tuple[float, float]:
+    """Shares of a box, 0..1, that one plane in the body of its wall fills, a leaf, and the wall's other side."""
+    low, high = ((column - sides.first[box.side]) * sides.step for column in (box.low + 2, box.high - 2))
+    bottom, top = (LOWEST + row * sides.step for row in (box.bottom + 1.5, box.top - 2.5))
+    near = sides.hits(box.side, low, high)
+    near = near[(sides.depth[near] > PLANE) & (sides.z[near] > bottom) & (sides.z[near] < top)]
+    cells = max((box.high - box.low - 4) * (box.top - box.bottom - 4), 1)
+    cell = sides.column[near] * sides.wall.shape[1] + sides.row(sides.z[near])
+    depth, twin = sides.depth[near], sides.twin[sides.column[near]]
+    within = depth < np.where(twin < DEPTH, twin - PLANE, REACH)
+    slot = (depth / PLANE).astype(np.int64)
+
+    def share(chosen: BoolArray) -> float:
+        return min(len(np.unique(cell[chosen])) / cells, 1.0)
+
+    leaf = max((share(within & ((slot == at) | (slot == at + 1))) for at in np.unique(slot)), default=0.0)
+    return leaf, share(np.abs(depth - twin) < 1.5 * PLANE)
+
+
 def _leaf_behind(sides: WallSides, box: Box, sill: float, head: float) -> bool:
     """Whether what fills a box stands so near to the other side of its wall that it can only be a leaf."""
     low, high = ((column - sides.first[box.side]) * sides.step for column in (box.low, box.high))
     inside = sides.hits(box.side, low + 0.15, high - 0.15)
-    inside = inside[(sides.z[inside] > sill + 0.2) & (sides.z[inside] < head - 0.2) & (sides.depth[inside] > PLANE)]
+    inside = inside[(sides.z[inside] > sill + 0.2) & (sides.z[inside] < head - 0.2)]
+    inside = inside[(sides.depth[inside] > PLANE) & (sides.depth[inside] < DEPTH)]
     behind = sides.twin[sides.column[inside]] - sides.depth[inside]
     # The back of the same leaf, flush with the other side, counts as that side.
     return (
@@ -304,7 +330,7 @@ def _leaf_behind(sides: WallSides, box: Box, sill: float, head: float) -> bool:
 
 
 def _classify(
-    rim: Rim, width: float, sill: float, height: float, to_ceiling: bool, closes: bool, indoors: bool
+    rim: Rim, width: float, sill: float, height: float, to_ceiling: bool, closes: bool, indoors: bool, open_behind: bool
 ) -> str | None:
     ends = (max(rim.left, rim.wall_left), max(rim.right, rim.wall_right))
     if rim.wall_within > 0.3 or min(ends) < 0.15:
@@ -315,10 +341,13 @@ def _classify(
             return "window"
         if rim.density > _LEAF:
             return "door" if closes else None
+        if not open_behind:
+            return None
         jambs = max(rim.left, rim.right)
         if rim.bottom > 0.4 or (rim.top > 0.4 and jambs > 0.4):
-            # Up to the ceiling there is no lintel: the threshold runs from wall to wall, or both jambs show.
-            passage = not to_ceiling or min(rim.left, rim.right) > 0.3 or (rim.bottom > 0.8 and min(ends) > 0.8)
+            # Up to the ceiling there is no lintel: both jambs show, or the threshold of a room runs from wall to wall.
+            threshold = indoors and rim.bottom > 0.8 and min(ends) > 0.8
+            passage = not to_ceiling or min(rim.left, rim.right) > 0.3 or threshold
             return "door" if min(ends) > 0.4 and passage and height > _CLEAR_HEIGHT else None
         return None
     # What stands before a window may be taken for the floor.

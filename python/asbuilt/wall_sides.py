@@ -25,6 +25,8 @@ PLANE = 0.022
 """Voxels whose mean lies this near are on the plane, m."""
 DEPTH = 0.5
 """How far behind the plane is looked, m: as far as the frames of windows in thick walls stand."""
+REACH = 0.8
+"""And how far for the leaf of a door: house doors stand at the outer side of thick walls, m."""
 _BEFORE = 0.15
 """And how far before it, m."""
 _MARGIN = 3.2
@@ -141,8 +143,8 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     ceiling = np.repeat(np.where(np.isfinite(ceiling), ceiling, voxels.height), 8)[:total]
 
     # Further behind the plane than before it.
-    shift = (DEPTH - _BEFORE) / 2
-    of_piece, voxel, place, offset = voxels.strips(segments - shift * np.tile(towards, 2), DEPTH - shift, 0.0)
+    shift = (REACH - _BEFORE) / 2
+    of_piece, voxel, place, offset = voxels.strips(segments - shift * np.tile(towards, 2), REACH - shift, 0.0)
     z, depth = voxels.z[voxel], shift - offset
     place = place + base[of_piece]
     number = side[of_piece]
@@ -162,7 +164,7 @@ def unroll_sides(faces: list[Face], elevations: Elevations, voxels: StoreyVoxels
     wall = close_cells(picture((np.abs(depth) < PLANE) & (z > floor[column] + 0.08)), 4, 3)
     # What lies behind a filled stretch of the plane was seen from the other side.
     solid = ~_grown(~wall, 7, 7)
-    hidden = solid.ravel()[cell] & (depth > PLANE)
+    hidden = solid.ravel()[cell] & (depth > PLANE) & (depth < DEPTH)
     back = _back(column[hidden], depth[hidden], solid.sum(axis=1), first, step)
     twin = np.where(np.isfinite(twin), twin, back)
     body = picture((depth > PLANE) & (depth < np.minimum(twin[column] - PLANE, DEPTH - 0.05))) & ~wall
