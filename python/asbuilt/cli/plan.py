@@ -128,13 +128,13 @@ def plan_command(
 
     Exit codes: 0 done, 1 nothing found (the files are written), 2 error, 3 done but --skip-bad left files out.
     """
+    options = check_outputs(output, scale=scale, sheet=sheet, north=north, date=date, title=title)
     drawn = next((path for path in inputs if path.suffix.lower() in known_suffixes().keys() - {".csv"}), None)
     if drawn is not None:
         raise InputError(
             f"{drawn}: expected scans, found what is a plan by its name; each output takes an -o of its own, and saved "
             "plans are read by asbuilt export"
         )
-    options = check_outputs(output, scale=scale, sheet=sheet, north=north, date=date, title=title)
     if band is not None and cross_sections is None:
         cross_sections = "band"
     changes: dict[str, dict[str, Any]] = {
