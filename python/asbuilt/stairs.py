@@ -168,17 +168,21 @@ def find_flights(treads: list[Tread]) -> list[list[Tread]]:
 
 def _steps(treads: list[Tread]) -> list[tuple[int, int, float]]:
     """Pairs of treads of which the second follows the first, with the rise, in the order of the first."""
+    if not treads:
+        return []
     heights = np.array([tread.height for tread in treads])
-    low = np.array([tread.xy.min(axis=0) for tread in treads]).reshape(-1, 2)
-    high = np.array([tread.xy.max(axis=0) for tread in treads]).reshape(-1, 2)
+    low, high = (np.array([end(tread.xy, axis=0) for tread in treads]) for end in (np.min, np.max))
+    wide = _BESIDE + 1e-6  # so that rounding leaves none out
+    tree = shapely.STRtree(shapely.box(*low.T, *high.T))
+    first, second = tree.query(shapely.box(*(low - wide).T, *(high + wide).T))
+    follows = heights[second] >= heights[first] + _RISE[0] - _EVEN
+    follows &= heights[second] < heights[first] + _RISE[1] + _EVEN
+    follows &= np.maximum(low[second] - high[first], low[first] - high[second]).max(axis=1) < _BESIDE
     steps = []
-    for i, tread in enumerate(treads):
-        start, end = np.searchsorted(heights, (heights[i] + _RISE[0] - _EVEN, heights[i] + _RISE[1] + _EVEN))
-        apart = np.maximum(low[start:end] - high[i], low[i] - high[start:end]).max(axis=1)
-        for j in (np.flatnonzero(apart < _BESIDE) + start).tolist():
-            gaps = np.hypot(*(tread.xy[:, None] - treads[j].xy).transpose(2, 0, 1))
-            if gaps.min() < _BESIDE:
-                steps.append((i, j, treads[j].height - tread.height))
+    for i, j in sorted(zip(first[follows].tolist(), second[follows].tolist(), strict=True)):
+        gaps = np.hypot(*(treads[i].xy[:, None] - treads[j].xy).transpose(2, 0, 1))
+        if gaps.min() < _BESIDE:
+            steps.append((i, j, treads[j].height - treads[i].height))
     return steps
 
 
