@@ -109,7 +109,7 @@ class Hole(Directed):
     cells : number of its cells of a voxel's size in which something was seen.
     density : share of it that something in the wall's body fills, 0..1.
     twin : how far behind the plane the other side of the wall is, m; None where that was not seen.
-    sure : whether each jamb was seen as a surface of its own.
+    sure : whether each jamb was seen as a surface of its own, or shows all over.
     start, end : (2,) where its jambs meet the plane, m from the storey's origin.
     """
 
@@ -242,7 +242,7 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
         box.cells,
         rim.density,
         twin if twin < DEPTH else None,
-        (sure_low, sure_high),
+        (sure_low or first, sure_high or last),
         start,
         end,
     )
