@@ -50,7 +50,7 @@ class _BrickScans(TypedDict):
 class Evidence:
     @staticmethod
     def gather(
-        paths: Sequence[str | PathLike[str]],
+        files: Sequence[tuple[str | PathLike[str], Sequence[int]]],
         *,
         voxel: float,
         unit: float,

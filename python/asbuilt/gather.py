@@ -60,7 +60,7 @@ def gather_evidence(
 
     try:
         core, reports = _core.Evidence.gather(
-            [scan.file.path for scan in unread],
+            [(scan.file.path, scan.file.header["scan_ends"]) for scan in unread],
             **core_options(cloud, parameters),
             threads=threads or os.cpu_count() or 1,
             progress=None if progress is None else lambda done: progress(before + done, promised),

@@ -46,8 +46,9 @@ class InputFile:
     size : bytes.
     header : `format`, `points` or None, `bounds` ((3,), (3,)) or None, `crs` or None, `notes`, `scans`, a list
         of (number, key, position or None, points or None), in the file's own frame and unit; `parts`, into how many it
-        falls that can be read alone; and `evidence`, None, or of an evidence file its voxel (m), whether it keeps
-        occupancy alone, and its provenance as text.
+        falls that can be read alone; `scan_ends`, where its scans end (byte), if finding that took reading it, which is
+        not done twice; and `evidence`, None, or of an evidence file its voxel (m), whether it keeps occupancy alone,
+        and its provenance as text.
     error : why it cannot be read, else None; then the header is empty.
     """
 
@@ -232,4 +233,5 @@ def _open(path: Path) -> InputFile:
     except ValueError:
         bad = InputError(f"{path}: expected its inputs in the evidence file, found other text; it is damaged")
     unknown = dict.fromkeys(("points", "bounds", "crs", "evidence"))
-    return InputFile(path, 0, {"format": "unreadable", "scans": [], "notes": [], "parts": 0, **unknown}, bad)
+    nothing: dict[str, Any] = {"format": "unreadable", "scans": [], "notes": [], "parts": 0, "scan_ends": []}
+    return InputFile(path, 0, nothing | unknown, bad)

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::read::{Batch, Header, Skipped, Source, open_coarse};
+use crate::read::{Batch, Header, Skipped, Source, open_known};
 use crate::voxel::{Evidence, Kept};
 use crate::{Error, Result};
 
@@ -46,8 +46,8 @@ pub struct Options {
 }
 
 impl Options {
-    fn open(&self, path: &Path) -> Result<Box<dyn Source>> {
-        open_coarse(path, self.spacing())
+    fn open(&self, path: &Path, scan_ends: &[u64]) -> Result<Box<dyn Source>> {
+        open_known(path, self.spacing(), scan_ends)
     }
 
     /// The spacing of points, in the files' unit, that is close enough.
@@ -65,6 +65,15 @@ pub struct Progress {
     pub stop: AtomicBool,
 }
 
+/// A file to read.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// Where it is.
+    pub path: PathBuf,
+    /// What [`Source::scan_ends`] told when it was opened before; empty if it was not.
+    pub scan_ends: Vec<u64>,
+}
+
 /// What one file gave.
 #[derive(Debug)]
 pub struct FileReport {
@@ -74,7 +83,7 @@ pub struct FileReport {
     pub outcome: Result<Skipped>,
 }
 
-/// Called with each file that is done: its number among the paths, its evidence, and what was left out.
+/// Called with each file that is done: its number among the files, its evidence, and what was left out.
 pub type OnFile<'a> = &'a (dyn Fn(usize, &Arc<Evidence>, Skipped) -> Result<()> + Sync);
 
 /// Gather the evidence of all files. A file comes in whole or, if any of it is bad, not at all.
@@ -83,7 +92,7 @@ pub type OnFile<'a> = &'a (dyn Fn(usize, &Arc<Evidence>, Skipped) -> Result<()> 
 /// [`Error::BadArgument`] for a bad voxel size, [`Error::Interrupted`] when told to stop. What is wrong with a file is
 /// in its report.
 pub fn gather(
-    paths: &[PathBuf],
+    files: &[Given],
     options: &Options,
     threads: usize,
     progress: &Progress,
@@ -94,8 +103,8 @@ pub fn gather(
         .num_threads(threads)
         .build()
         .map_err(|error| Error::BadArgument(format!("cannot start {threads} threads: {error}")))?;
-    let gather_one = |number: usize, path: &Path| {
-        let (evidence, skipped) = gather_file(path, options, progress)?;
+    let gather_one = |number: usize, file: &Given| {
+        let (evidence, skipped) = gather_file(file, options, progress)?;
         let evidence = Arc::new(evidence);
         on_file(number, &evidence, skipped)?;
         let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
@@ -107,11 +116,11 @@ pub fn gather(
         Ok(skipped)
     };
     let reports = pool.install(|| {
-        paths
+        files
             .par_iter()
             .enumerate()
             .with_max_len(1)
-            .map(|(number, path)| FileReport { path: path.clone(), outcome: gather_one(number, path) })
+            .map(|(number, file)| FileReport { path: file.path.clone(), outcome: gather_one(number, file) })
             .collect()
     });
     if progress.stop.load(Ordering::Relaxed) {
@@ -122,10 +131,10 @@ pub fn gather(
 }
 
 /// The evidence of one file, its parts decoded side by side on the current thread pool.
-fn gather_file(path: &Path, options: &Options, progress: &Progress) -> Result<(Evidence, Skipped)> {
-    let source = options.open(path)?;
+fn gather_file(file: &Given, options: &Options, progress: &Progress) -> Result<(Evidence, Skipped)> {
+    let source = options.open(&file.path, &file.scan_ends)?;
     let (evidence, skipped) = gather_source(source.as_ref(), 0..source.parts(), options, progress)?;
-    source.header().check(path, evidence.points() + skipped.invalid + skipped.not_finite)?;
+    source.header().check(&file.path, evidence.points() + skipped.invalid + skipped.not_finite)?;
     Ok((evidence, skipped))
 }
 
@@ -135,7 +144,7 @@ fn gather_file(path: &Path, options: &Options, progress: &Progress) -> Result<(E
 /// # Errors
 /// As [`gather`], and whatever is wrong with the file.
 pub fn gather_parts(path: &Path, parts: Range<usize>, options: &Options) -> Result<(Evidence, Skipped)> {
-    let source = options.open(path)?;
+    let source = options.open(path, &[])?;
     let end = parts.end.min(source.parts());
     gather_source(source.as_ref(), parts.start..end, options, &Progress::default())
 }

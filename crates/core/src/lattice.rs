@@ -1,6 +1,8 @@
 //! The lattice of voxels, anchored at the origin: which brick, which voxel in it, and where in the voxel a point falls.
 
-use crate::brick::{SIDE, SIDE_BITS};
+use std::ops::Range;
+
+use crate::brick::SIDE_BITS;
 
 /// Length of one quantum, m: all coordinates are rounded to a multiple of it.
 pub const QUANTUM: f64 = 1e-4;
@@ -30,11 +32,14 @@ impl Located {
         self.voxels[point].map(|voxel| voxel >> SIDE_BITS)
     }
 
-    /// The number of a point's voxel within its brick, and where in the voxel it lies.
+    /// Of the first points of a range that lie in a brick: the number of the voxel within it, and where in the voxel.
     #[inline]
-    pub fn place(&self, point: usize) -> (u16, [u32; 3]) {
-        let [x, y, z] = self.voxels[point].map(|voxel| (voxel & (SIDE - 1)) as u16);
-        (x << (2 * SIDE_BITS) | y << SIDE_BITS | z, self.offsets[point])
+    pub fn places(&self, points: Range<usize>, brick: [i32; 3]) -> impl Iterator<Item = (u16, [u32; 3])> {
+        let corner = brick.map(|index| index << SIDE_BITS);
+        self.voxels[points.clone()].iter().zip(&self.offsets[points]).map_while(move |(voxel, &offset)| {
+            let [x, y, z] = std::array::from_fn(|axis| (voxel[axis] ^ corner[axis]) as u32);
+            ((x | y | z) >> SIDE_BITS == 0).then_some(((x << (2 * SIDE_BITS) | y << SIDE_BITS | z) as u16, offset))
+        })
     }
 }
 
@@ -42,6 +47,8 @@ impl Located {
 pub(crate) struct Lattice {
     quanta: f64,
     voxels_per_quantum: f64,
+    /// Points of a voxel, of which 32 bits hold all sums.
+    pub most: u32,
     /// From the quantum that was met to the middle of its voxel, as rounding wants it.
     to_middle: f64,
     /// The largest quantum, either way.
@@ -51,9 +58,10 @@ pub(crate) struct Lattice {
 impl Lattice {
     /// Of voxels of so many quanta.
     pub fn new(quanta: u32) -> Self {
+        let most = u32::MAX / ((quanta - 1) * (quanta - 1));
         let quanta = f64::from(quanta);
         let farthest = (MAX_COORDINATE / QUANTUM).min(f64::from(i32::MAX) * quanta);
-        Self { quanta, voxels_per_quantum: quanta.recip(), to_middle: 0.5 * quanta.recip() - 0.5, farthest }
+        Self { quanta, most, voxels_per_quantum: quanta.recip(), to_middle: 0.5 * quanta.recip() - 0.5, farthest }
     }
 
     /// Whether a point is finite and not too far away.
@@ -143,8 +151,8 @@ mod tests {
                 let place = voxel as u16 & 7;
                 assert_eq!(located.brick(0), [voxel as i32 >> SIDE_BITS; 3], "{quantum}");
                 assert_eq!(
-                    located.place(0),
-                    (place << 6 | place << 3 | place, [quantum.rem_euclid(i64::from(quanta)) as u32; 3])
+                    located.places(0..1, located.brick(0)).next(),
+                    Some((place << 6 | place << 3 | place, [quantum.rem_euclid(i64::from(quanta)) as u32; 3]))
                 );
             }
         }

@@ -65,15 +65,6 @@ pub fn save(evidence: &Evidence, about: &str, path: &Path) -> Result<()> {
     })
 }
 
-/// Read an evidence file and what its writer said about it.
-///
-/// # Errors
-/// [`Error::BadFile`] if it is none, or damaged; [`Error::Unsupported`] if it is of a newer version.
-pub fn load(path: &Path) -> Result<(Evidence, String)> {
-    let stored = Stored::open(path)?;
-    Ok((stored.evidence()?, stored.summary.about))
-}
-
 /// The bytes of an evidence file whose checksum is right: its voxels can be had without the bricks that they merge in.
 #[derive(Debug)]
 pub struct Stored {
@@ -90,7 +81,7 @@ impl Stored {
     /// Read a file.
     ///
     /// # Errors
-    /// As [`load`].
+    /// [`Error::BadFile`] if it is no evidence, or damaged; [`Error::Unsupported`] if it is of a newer version.
     pub fn open(path: &Path) -> Result<Self> {
         // Of what is no evidence, be it long, no more than its head.
         let mut head = Vec::new();
@@ -104,7 +95,7 @@ impl Stored {
     /// The bytes of a file; messages call them `name`.
     ///
     /// # Errors
-    /// As [`load`].
+    /// As [`Stored::open`].
     pub fn of(bytes: Vec<u8>, name: &Path) -> Result<Self> {
         let of_file = |error: Wrong| error.of(name);
         check_head(&bytes[..bytes.len().min(HEAD)]).map_err(of_file)?;
@@ -126,7 +117,7 @@ impl Stored {
     /// The evidence.
     ///
     /// # Errors
-    /// As [`load`].
+    /// As [`Stored::open`].
     pub fn evidence(&self) -> Result<Evidence> {
         let mut evidence = Evidence::with_quanta(self.quanta, self.summary.kept);
         for scan in &self.summary.scans {
@@ -142,7 +133,7 @@ impl Stored {
     /// Hand on the occupied voxels, sorted by index, as [`Evidence::each_voxel`] does.
     ///
     /// # Errors
-    /// As [`load`]; some may have been handed on.
+    /// As [`Stored::open`]; some may have been handed on.
     pub fn each_voxel(&self, mut take: impl FnMut(Voxel)) -> Result<()> {
         let mut slab = Slab::default();
         self.each_brick(|key, _, voxels| slab.add(key, &mut take, |added| added.extend_from_slice(voxels)))?;
@@ -175,7 +166,7 @@ impl Stored {
 /// What an evidence file says before its voxels. Its checksum is not looked at.
 ///
 /// # Errors
-/// As [`load`].
+/// As [`Stored::open`].
 pub fn summary(path: &Path) -> Result<Summary> {
     let file = File::open(path).map_err(|e| Error::io(path, e))?;
     let length = file.metadata().map_err(|e| Error::io(path, e))?.len();
@@ -190,15 +181,6 @@ pub fn to_bytes(evidence: &Evidence, about: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     write(evidence, about, &mut bytes).expect("memory takes all");
     bytes
-}
-
-/// The evidence in the bytes of a file.
-///
-/// # Errors
-/// As [`load`]; messages call them `name`.
-pub fn from_bytes(bytes: &[u8], name: &Path) -> Result<(Evidence, String)> {
-    let stored = Stored::of(bytes.to_vec(), name)?;
-    Ok((stored.evidence()?, stored.summary.about))
 }
 
 /// Whether these are the first bytes of an evidence file.
@@ -244,9 +226,8 @@ impl<W: Write> Writer<'_, W> {
     }
 
     fn number(&mut self, number: u64) -> io::Result<()> {
-        let mut bytes = Vec::with_capacity(10);
-        push_number(&mut bytes, number);
-        self.bytes(&bytes)
+        let (bytes, length) = encode(number);
+        self.bytes(&bytes[..length])
     }
 
     fn text(&mut self, text: &str) -> io::Result<()> {
@@ -259,54 +240,65 @@ impl<W: Write> Writer<'_, W> {
         let mut bricks: Vec<_> = bricks.iter().collect();
         bricks.sort_unstable_by_key(|(key, _)| **key);
         self.number(bricks.len() as u64)?;
-        let (mut before, mut bytes, mut scans) = ([0; 3], Vec::new(), Vec::new());
+        let (mut before, mut bytes, mut scans) = ([0; 3], Bytes::default(), Vec::new());
         for (&key, brick) in bricks {
-            bytes.clear();
+            bytes.length = 0;
             for axis in 0..3 {
                 let step = i64::from(key[axis]) - i64::from(before[axis]);
-                push_number(&mut bytes, (step << 1 ^ step >> 63) as u64); // zigzag: 0, -1, 1, -2...
+                bytes.push([(step << 1 ^ step >> 63) as u64]); // zigzag: 0, -1, 1, -2...
             }
             before = key;
             scans.clear();
             scans.extend(brick.scans.iter().map(|&scan| ranks[scan as usize]));
             scans.sort_unstable();
-            push_number(&mut bytes, scans.len() as u64);
+            bytes.push([scans.len() as u64]);
             let mut next = 0;
             for &scan in &scans {
-                push_number(&mut bytes, u64::from(scan - next));
+                bytes.push([u64::from(scan - next)]);
                 next = scan + 1;
             }
-            push_number(&mut bytes, brick.cells.len() as u64 - 1); // a brick without voxels is none
+            bytes.push([brick.cells.len() as u64 - 1]); // a brick without voxels is none
             let mut next = 0;
             brick.cells.each(|place, moments| {
                 let step = u64::from(place - next);
                 next = place + 1;
                 if kept == Kept::Moments {
                     let Moments { count, sum: [x, y, z], products: [xx, xy, yy] } = *moments;
-                    push_numbers(&mut bytes, [step, count, x, y, z, xx, xy, yy]);
+                    bytes.push([step, count, x, y, z, xx, xy, yy]);
                 } else {
-                    push_number(&mut bytes, step);
+                    bytes.push([step]);
                 }
             });
-            self.bytes(&bytes)?;
+            self.bytes(bytes.written())?;
         }
         Ok(())
     }
 }
 
-fn push_number(bytes: &mut Vec<u8>, number: u64) {
-    push_numbers(bytes, [number]);
+/// Numbers as they are written. There is always room for the longest, so that short ones are copied with it.
+#[derive(Default)]
+struct Bytes {
+    buffer: Vec<u8>,
+    length: usize,
 }
 
-#[inline]
-fn push_numbers<const N: usize>(bytes: &mut Vec<u8>, numbers: [u64; N]) {
-    let (mut block, mut end) = ([[0; LONGEST]; N], 0);
-    for number in numbers {
-        let (encoded, length) = encode(number);
-        block.as_flattened_mut()[end..end + LONGEST].copy_from_slice(&encoded);
-        end += length;
+impl Bytes {
+    #[inline]
+    fn push<const N: usize>(&mut self, numbers: [u64; N]) {
+        let end = self.length + N * LONGEST;
+        if self.buffer.len() < end {
+            self.buffer.resize(2 * end, 0);
+        }
+        for number in numbers {
+            let (encoded, length) = encode(number);
+            self.buffer[self.length..self.length + LONGEST].copy_from_slice(&encoded);
+            self.length += length;
+        }
     }
-    bytes.extend_from_slice(&block.as_flattened()[..end]);
+
+    fn written(&self) -> &[u8] {
+        &self.buffer[..self.length]
+    }
 }
 
 /// The bytes of a number, and how many of them there are.

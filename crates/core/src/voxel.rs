@@ -322,29 +322,26 @@ fn add_points<C: Cells>(bricks: &mut Bricks<C>, points: &[[f64; 3]], scan: u32, 
     let (mut located, mut too_far) = (Located::new(), 0);
     for block in points.chunks(BLOCK) {
         if lattice.locate(block, &mut located, C::WANTS_OFFSETS) {
-            add_located(bricks, &located, block.len(), scan);
+            add_located(bricks, &located, block.len(), scan, lattice.most);
         } else {
             let near: Vec<_> = block.iter().copied().filter(|point| lattice.holds(point)).collect();
             too_far += (block.len() - near.len()) as u64;
             lattice.locate(&near, &mut located, C::WANTS_OFFSETS);
-            add_located(bricks, &located, near.len(), scan);
+            add_located(bricks, &located, near.len(), scan, lattice.most);
         }
     }
     too_far
 }
 
 /// Points come in runs that fall into one brick: the brick is looked up once a run.
-fn add_located<C: Cells>(bricks: &mut Bricks<C>, located: &Located, count: usize, scan: u32) {
+fn add_located<C: Cells>(bricks: &mut Bricks<C>, located: &Located, count: usize, scan: u32, most: u32) {
     let mut point = 0;
     while point < count {
         let index = located.brick(point);
         let brick = bricks.entry(index).or_default();
         brick.note_scan(scan);
-        while point < count && located.brick(point) == index {
-            let (place, offset) = located.place(point);
-            brick.cells.add_point(place, offset);
-            point += 1;
-        }
+        let places = located.places(point..count, index).inspect(|_| point += 1);
+        brick.cells.add_points(places, most);
     }
 }
 

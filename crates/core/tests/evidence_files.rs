@@ -2,25 +2,38 @@
 
 mod read_support;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
-use asbuilt_core::Error;
-use asbuilt_core::store::{from_bytes, load, save, summary, to_bytes};
-use asbuilt_core::voxel::{Evidence, Kept};
+use asbuilt_core::store::{Stored, save, summary, to_bytes};
+use asbuilt_core::voxel::{Evidence, Kept, Moments, SIDE};
+use asbuilt_core::{Error, Result};
 use read_support::{Numbers, rounds, scratch, write};
 
-/// Points of three scans about the origin and a stray far away.
+/// Points of a scan about the origin, and a stray far away.
+fn points(number: usize) -> Vec<[f64; 3]> {
+    let mut numbers = Numbers(number as u64 + 1);
+    let near = (0..500).map(|_| [0, 1, 2].map(|axis| numbers.uniform() * [3.0, 2.0, 0.1][axis] - 1.0));
+    near.chain([[number as f64 * 1e6, -9e7, 0.0]]).collect()
+}
+
 fn evidence(kept: Kept, order: [usize; 3]) -> Evidence {
     let mut evidence = Evidence::new(0.05, kept).unwrap();
     for number in order {
-        let mut numbers = Numbers(number as u64 + 1);
-        let points: Vec<_> =
-            (0..500).map(|_| [0, 1, 2].map(|axis| numbers.uniform() * [3.0, 2.0, 0.1][axis] - 1.0)).collect();
         let scan = evidence.scan(&format!("scan {number}"), (number == 1).then_some([1.5, -2.5, 0.0]));
-        evidence.add(&points, scan);
-        evidence.add(&[[number as f64 * 1e6, -9e7, 0.0]], scan);
+        evidence.add(&points(number), scan);
     }
     evidence
+}
+
+fn load(path: &Path) -> Result<(Evidence, String)> {
+    let stored = Stored::open(path)?;
+    Ok((stored.evidence()?, stored.summary.about))
+}
+
+fn from_bytes(bytes: &[u8], name: &Path) -> Result<(Evidence, String)> {
+    let stored = Stored::of(bytes.to_vec(), name)?;
+    Ok((stored.evidence()?, stored.summary.about))
 }
 
 fn both() -> [Evidence; 2] {
@@ -41,6 +54,61 @@ fn what_is_written_is_read_back() {
         let said = summary(&path).unwrap();
         assert_eq!((said.points, &said.scans, &said.about), (1503, &evidence.scans(), &about));
         assert_eq!(to_bytes(&found, &about), std::fs::read(&path).unwrap());
+    }
+}
+
+#[test]
+fn a_file_hands_on_the_voxels_of_its_points_in_order() {
+    // Of each voxel, by whole tenths of a millimetre.
+    let mut expected = BTreeMap::<[i32; 3], Moments>::new();
+    for point in (0..3).flat_map(points) {
+        let quanta = point.map(|value| (value * 1e4).round_ties_even() as i64);
+        let [x, y, z] = quanta.map(|quantum| quantum.rem_euclid(500) as u64);
+        let moments = expected.entry(quanta.map(|quantum| quantum.div_euclid(500) as i32)).or_default();
+        moments.count += 1;
+        moments.sum = [moments.sum[0] + x, moments.sum[1] + y, moments.sum[2] + z];
+        let [xx, xy, yy] = moments.products;
+        moments.products = [xx + x * x, xy + x * y, yy + y * y];
+    }
+    let mut bricks: Vec<_> = expected.keys().map(|voxel| voxel.map(|index| index.div_euclid(SIDE))).collect();
+    bricks.sort_unstable();
+    bricks.dedup();
+    for evidence in both() {
+        let stored = Stored::of(to_bytes(&evidence, ""), Path::new("x")).unwrap();
+        let mut found = Vec::new();
+        stored.each_voxel(|voxel| found.push((voxel.index, voxel.moments))).unwrap();
+        let nothing = evidence.kept() == Kept::Occupancy;
+        let of =
+            |(&index, &moments): (&[i32; 3], &Moments)| (index, if nothing { Moments::default() } else { moments });
+        assert_eq!(found, expected.iter().map(of).collect::<Vec<_>>());
+        // Of a brick there are at most eight numbers besides: its step, its scans, and how many it has of them and of voxels.
+        let besides = 1 + bricks.len() * if nothing { 8 } else { 1 };
+        assert!((found.len()..=found.len() + besides).contains(&stored.most_voxels()), "{}", stored.most_voxels());
+    }
+}
+
+#[test]
+fn sums_are_right_beyond_32_bits() {
+    // Nine voxels of a brick, so that it is more than a few; in one of them many points, at its far corner.
+    for (voxel, count) in [(0.05, 40_000), (5.0, 300)] {
+        let last = (voxel * 1e4_f64).round() as u64 - 1;
+        let others = (0..8).map(|i| [1.5 * voxel, 1.5 * voxel, (f64::from(i) + 0.5) * voxel]);
+        let corner = [1.0, 1.0, 8.0].map(|index| index * voxel - 1e-4);
+        let points: Vec<_> = others.chain(vec![corner; count]).collect();
+        let halves = [(); 2].map(|()| {
+            let mut evidence = Evidence::new(voxel, Kept::Moments).unwrap();
+            let scan = evidence.scan("a", None);
+            assert_eq!(evidence.add(&points, scan), 0);
+            evidence
+        });
+        let [mut whole, other] = halves;
+        whole.merge(other).unwrap();
+        let (read, _) = from_bytes(&to_bytes(&whole, ""), Path::new("x")).unwrap();
+        for evidence in [whole, read] {
+            let n = 2 * count as u64;
+            let found = evidence.voxels().into_iter().find(|voxel| voxel.index == [0, 0, 7]).unwrap().moments;
+            assert_eq!(found, Moments { count: n, sum: [n * last; 3], products: [n * last * last; 3] });
+        }
     }
 }
 

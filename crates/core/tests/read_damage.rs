@@ -394,6 +394,8 @@ fn messages_say_what_was_found() {
     says(&std::env::temp_dir(), "found a directory");
     says(Path::new("/no/such/file.las"), "No such file");
     says(&write("house.dwg", b"AC1032"), "known suffixes are las, laz, e57, ply, pcd, ptx, pts, xyz");
+    says(&write("house.dwg", b"AC1032"), ", asc, evidence");
+    says(&write("house.evidence", b"\x00\x01"), "expected evidence (first bytes asbuilt evidence), found unknown");
     says(&write("house.txt", b"\xff\xfe1\x00 \x002\x00"), "UTF-16");
     says(&write("house.csv", b"lat;lon;name\n1;2;3\n4;5;6\n"), "expected columns x, y, z, found lat, lon, name");
     says(&write("words.xyz", b"no numbers here\n"), "expected rows of x, y, z, found \"no numbers here\"");

@@ -2,7 +2,7 @@
 
 mod read_support;
 
-use asbuilt_core::read::{open, open_coarse};
+use asbuilt_core::read::{open, open_coarse, open_known};
 use e57::{CartesianCoordinate, E57Reader, E57Writer, Record, RecordDataType, RecordName, RecordValue};
 use read_support::{data, expected, fixtures, read, read_part, scratch};
 
@@ -80,6 +80,22 @@ fn scans_have_keys_names_and_positions() {
     assert_eq!(ptx.scans[0].position, Some([500_123.5, 5_412_345.25, 312.0]));
     assert_eq!(ptx.points, Some(120));
     assert_ne!(ptx.scans[0].key, ptx.scans[1].key);
+}
+
+#[test]
+fn what_is_known_of_a_file_is_not_looked_for_again() {
+    let path = data().join("text_two_scans.ptx");
+    let first = open(&path).unwrap();
+    let length = std::fs::metadata(&path).unwrap().len();
+    assert!(matches!(first.scan_ends().as_slice(), &[one, last] if one < last && last == length));
+    // Ends that cannot be those of its scans are not believed.
+    for ends in [first.scan_ends(), Vec::new(), vec![0, 0], vec![length + 1, u64::MAX]] {
+        let again = open_known(&path, None, &ends).unwrap();
+        assert_eq!((again.header(), again.parts()), (first.header(), first.parts()));
+        for part in 0..again.parts() {
+            assert_eq!(read_part(again.as_ref(), part).unwrap(), read_part(first.as_ref(), part).unwrap());
+        }
+    }
 }
 
 #[test]

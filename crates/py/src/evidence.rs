@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use asbuilt_core::Error;
-use asbuilt_core::gather::{FileReport, Frame, Options, Progress, gather, gather_parts};
+use asbuilt_core::gather::{FileReport, Frame, Given, Options, Progress, gather, gather_parts};
 use asbuilt_core::store::{self, Stored, Summary};
 use asbuilt_core::voxel::{Kept, QUANTUM, SIDE, Voxel};
 use bytemuck::cast_slice_mut;
@@ -68,16 +68,16 @@ impl Evidence {
 
 #[pymethods]
 impl Evidence {
-    /// Gather the evidence of files. `progress` is called with the number of points so far, some ten times a second;
+    /// Gather the evidence of files, given with the `scan_ends` of their headers. `progress` is called with the number of points so far, some ten times a second;
     /// `on_file` with each file that is done: its number, its evidence, and points left out (invalid, not finite).
     #[staticmethod]
     #[pyo3(signature = (
-        paths, *, voxel, unit, axes, threads, occupancy=false, preview=false, progress=None, on_file=None
+        files, *, voxel, unit, axes, threads, occupancy=false, preview=false, progress=None, on_file=None
     ))]
     #[allow(clippy::too_many_arguments, reason = "all by name")]
     fn gather(
         py: Python<'_>,
-        paths: Vec<PathBuf>,
+        files: Vec<(PathBuf, Vec<u64>)>,
         voxel: f64,
         unit: f64,
         axes: [i8; 3],
@@ -88,6 +88,7 @@ impl Evidence {
         on_file: Option<Py<PyAny>>,
     ) -> PyResult<(Self, Vec<Report>)> {
         let options = options(voxel, unit, axes, occupancy, preview)?;
+        let files: Vec<_> = files.into_iter().map(|(path, scan_ends)| Given { path, scan_ends }).collect();
         let watched = Progress::default();
         let failed: Mutex<Option<PyErr>> = Mutex::new(None);
         let fail = |error| {
@@ -107,7 +108,7 @@ impl Evidence {
             };
         let result = py.detach(|| {
             std::thread::scope(|scope| {
-                let pass = scope.spawn(|| gather(&paths, &options, threads, &watched, &hand_on));
+                let pass = scope.spawn(|| gather(&files, &options, threads, &watched, &hand_on));
                 while !pass.is_finished() {
                     let is_stopped = watched.stop.load(Ordering::Relaxed);
                     std::thread::park_timeout(Duration::from_millis(if is_stopped { 10 } else { 100 }));

@@ -16,13 +16,13 @@ use pyo3::types::PyDict;
 use crate::error::to_python;
 
 /// What a file says of itself: format, points, bounds, scans, crs, notes, and into how many parts it falls that can be
-/// read alone. Of an evidence file also `evidence`: its voxel (m), whether it keeps occupancy alone, and what its writer
+/// read alone; `scan_ends`, where its scans end (byte), if finding that took reading it. Of an evidence file also `evidence`: its voxel (m), whether it keeps occupancy alone, and what its writer
 /// said. With a `spacing`, of a file with levels of detail only those down to it.
 #[pyfunction]
 #[pyo3(signature = (path, *, spacing=None))]
 pub fn read_header<'py>(py: Python<'py>, path: PathBuf, spacing: Option<f64>) -> PyResult<Bound<'py, PyDict>> {
     let found = py.detach(|| describe(&path, spacing));
-    let (header, parts, evidence) = found.map_err(|e| to_python(py, &e))?;
+    let Described { header, parts, scan_ends, evidence } = found.map_err(|e| to_python(py, &e))?;
     let about = PyDict::new(py);
     about.set_item("format", header.format)?;
     about.set_item("points", header.points)?;
@@ -32,14 +32,20 @@ pub fn read_header<'py>(py: Python<'py>, path: PathBuf, spacing: Option<f64>) ->
     let scans = header.scans.into_iter().map(|scan| (scan.number, scan.key, scan.position, scan.points));
     about.set_item("scans", scans.collect::<Vec<_>>())?;
     about.set_item("parts", parts)?;
+    about.set_item("scan_ends", scan_ends)?;
     about.set_item("evidence", evidence)?;
     Ok(about)
 }
 
-/// Of an evidence file: side of a voxel, whether only occupancy is kept, what its writer said.
-type AboutEvidence = Option<(f64, bool, String)>;
+struct Described {
+    header: Header,
+    parts: usize,
+    scan_ends: Vec<u64>,
+    /// Side of a voxel, whether only occupancy is kept, what its writer said.
+    evidence: Option<(f64, bool, String)>,
+}
 
-fn describe(path: &Path, spacing: Option<f64>) -> Result<(Header, usize, AboutEvidence)> {
+fn describe(path: &Path, spacing: Option<f64>) -> Result<Described> {
     let mut head = [0; store::MAGIC.len()];
     let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
     if is_file && File::open(path).and_then(|mut file| file.read_exact(&mut head)).is_ok() && store::is_evidence(&head)
@@ -58,10 +64,12 @@ fn describe(path: &Path, spacing: Option<f64>) -> Result<(Header, usize, AboutEv
             scans: scans.collect(),
             ..Header::default()
         };
-        return Ok((header, 0, Some((summary.voxel, summary.kept == Kept::Occupancy, summary.about))));
+        let evidence = Some((summary.voxel, summary.kept == Kept::Occupancy, summary.about));
+        return Ok(Described { header, parts: 0, scan_ends: Vec::new(), evidence });
     }
     let source = open_coarse(path, spacing)?;
-    Ok((source.header().clone(), source.parts(), None))
+    let (header, parts, scan_ends) = (source.header().clone(), source.parts(), source.scan_ends());
+    Ok(Described { header, parts, scan_ends, evidence: None })
 }
 
 /// Points that Python gets together: enough to forget the cost of the call.

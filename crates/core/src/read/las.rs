@@ -4,7 +4,7 @@
 use super::copc;
 use super::input::{Fnv, Input, array, f64_at, i32_at, u16_at, u32_at, u64_at};
 use super::laz::Laz;
-use super::{BATCH, Batch, Collector, Header, PART, Skipped, Source};
+use super::{BATCH, Batch, Collector, Header, PART, READ, Skipped, Source};
 use crate::{Error, Result};
 
 /// Bytes of a point record of format 0 to 10, without extra bytes.
@@ -44,8 +44,13 @@ impl Layout {
         [axis(0), axis(1), axis(2)]
     }
 
-    /// Hand on the points of some records, at most [`BATCH`].
+    /// Hand on the points of some records.
     pub fn hand_on(&self, records: &[u8], collector: &mut Collector<'_>) -> Result<()> {
+        records.chunks(self.record_length * BATCH).try_for_each(|batch| self.hand_on_batch(batch, collector))
+    }
+
+    #[inline]
+    fn hand_on_batch(&self, records: &[u8], collector: &mut Collector<'_>) -> Result<()> {
         let records = || records.chunks_exact(self.record_length);
         let (points, mut scans) = (records().map(|r| self.point(r)), records().map(|r| self.scan(r)));
         let first = scans.next().unwrap_or_default();
@@ -183,8 +188,8 @@ impl Source for Las {
                 let layout = &self.layout;
                 let end = ((part as u64 + 1) * PART).min(layout.points);
                 let mut buffer = Vec::new();
-                for first in (part as u64 * PART..end).step_by(BATCH) {
-                    let (from, count) = (first * layout.record_length as u64, (end - first).min(BATCH as u64));
+                for first in (part as u64 * PART..end).step_by(READ) {
+                    let (from, count) = (first * layout.record_length as u64, (end - first).min(READ as u64));
                     self.input.read_into(layout.start + from, count * layout.record_length as u64, &mut buffer)?;
                     layout.hand_on(&buffer, &mut collector)?;
                 }

@@ -10,7 +10,7 @@ use laz::{DecompressionSelection, LazItem, LazItemType, LazVlr};
 
 use super::input::{Input, u32_at, u64_at};
 use super::las::Layout;
-use super::{BATCH, Collector, PART, guarded};
+use super::{Collector, PART, READ, guarded};
 use crate::{Error, Result};
 
 /// How the points of a file are compressed.
@@ -237,9 +237,9 @@ fn decode<R>(
     points: u64,
     collector: &mut Collector<'_>,
 ) -> Result<()> {
-    let mut records = vec![0; layout.record_length * BATCH];
-    for first in (0..points).step_by(BATCH) {
-        let count = (points - first).min(BATCH as u64) as usize;
+    let mut records = vec![0; layout.record_length * READ];
+    for first in (0..points).step_by(READ) {
+        let count = (points - first).min(READ as u64) as usize;
         let records = &mut records[..count * layout.record_length];
         guarded(input, || {
             let mut each = records.chunks_exact_mut(layout.record_length);

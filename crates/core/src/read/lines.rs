@@ -5,10 +5,13 @@ use std::ops::Range;
 use memchr::{memchr, memchr_iter};
 use wide::u8x16;
 
+use super::Collector;
 use super::decimals::{Shape, decimal, signed};
 use super::input::Input;
-use super::{Collector, PART};
 use crate::Result;
+
+/// Bytes of a part.
+const PART_BYTES: u64 = 8 << 20;
 
 /// Bytes that are read together.
 const BLOCK: u64 = 256 * 1024;
@@ -152,43 +155,37 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// The byte ranges of the next `count` lines from `start` on, some [`PART`] lines each, and the byte behind them.
-/// `None` if the file ends before.
-pub(super) fn split_lines(input: &Input, start: u64, count: u64) -> Result<Option<(Vec<Range<u64>>, u64)>> {
-    let (mut parts, mut first, mut seen, mut at) = (Vec::new(), start, 0, start);
-    let mut buffer = Vec::new();
-    while seen < count {
+/// Into how many parts of equal length to divide some bytes.
+pub(super) fn byte_parts(all: Range<u64>) -> usize {
+    (all.end - all.start).div_ceil(PART_BYTES).max(1) as usize
+}
+
+/// The bytes of one of them.
+pub(super) fn byte_part(all: Range<u64>, part: usize) -> Range<u64> {
+    let start = all.start + (part as u64).saturating_mul(PART_BYTES);
+    start.min(all.end)..start.saturating_add(PART_BYTES).min(all.end)
+}
+
+/// The byte behind the next `count` lines from `start` on; `None` if the file ends before.
+pub(super) fn skip_lines(input: &Input, start: u64, count: u64) -> Result<Option<u64>> {
+    let (mut left, mut at, mut buffer) = (count, start, Vec::new());
+    while left > 0 {
         if at == input.len() {
             // The last line may lack its end.
             let is_open = buffer.last().is_some_and(|&byte| byte != b'\n');
-            if !is_open || seen + 1 < count {
-                return Ok(None);
-            }
-            parts.push(first..at);
-            return Ok(Some((parts, at)));
+            return Ok((is_open && left == 1).then_some(at));
         }
         input.read_into(at, BLOCK.min(input.len() - at), &mut buffer)?;
-        // Only a part's last line must be found; up to there counting will do, which is much faster.
+        // Only the last line must be found; up to there counting will do, which is much faster.
         let newlines = memchr_iter(b'\n', &buffer).count() as u64;
-        if seen + newlines < count.min(seen / PART * PART + PART) {
-            seen += newlines;
-            at += buffer.len() as u64;
-            continue;
+        if newlines >= left {
+            let last = memchr_iter(b'\n', &buffer).nth(left as usize - 1);
+            return Ok(last.map(|last| at + last as u64 + 1));
         }
-        for newline in memchr_iter(b'\n', &buffer) {
-            seen += 1;
-            if seen % PART == 0 || seen == count {
-                let end = at + newline as u64 + 1;
-                parts.push(first..end);
-                first = end;
-            }
-            if seen == count {
-                return Ok(Some((parts, first)));
-            }
-        }
+        left -= newlines;
         at += buffer.len() as u64;
     }
-    Ok(Some((parts, start)))
+    Ok(Some(at))
 }
 
 /// The first end of a line, which is likely to be near.

@@ -19,8 +19,11 @@ use std::path::Path;
 use crate::{Error, Result};
 use input::Input;
 
-/// Points that are handed on together: enough to forget the cost of the call, few enough to stay in the cache.
-const BATCH: usize = 2 * 1024;
+/// Points that are handed on together: enough to forget the cost of the call, few enough to stay in the first cache.
+const BATCH: usize = 512;
+
+/// Records that are read together: enough to forget the cost of asking the system, few enough to stay in the second.
+const READ: usize = 2 * 1024;
 
 /// Points of one part, about: enough to forget the cost of starting it, few enough to keep every thread busy.
 const PART: u64 = 256 * 1024;
@@ -107,6 +110,11 @@ pub trait Source: Send + Sync {
     /// How many parts can be decoded independently of each other; at least 1.
     fn parts(&self) -> usize;
 
+    /// Where the scans end, in bytes, if to find that out took reading the file; see [`open_known`].
+    fn scan_ends(&self) -> Vec<u64> {
+        Vec::new()
+    }
+
     /// Decode one part and hand its points on, at most some 64 Ki a batch. The batch is reused.
     /// Invalid returns (E57 invalid states, PTX 0 0 0) and coordinates that are not finite are left out
     /// and counted in the result.
@@ -153,6 +161,14 @@ pub fn open(path: &Path) -> Result<Box<dyn Source>> {
 /// # Errors
 /// As [`open`].
 pub fn open_coarse(path: &Path, spacing: Option<f64>) -> Result<Box<dyn Source>> {
+    open_known(path, spacing, &[])
+}
+
+/// The same, again: what [`Source::scan_ends`] told before is not looked for.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_known(path: &Path, spacing: Option<f64>, scan_ends: &[u64]) -> Result<Box<dyn Source>> {
     let input = Input::open(path)?;
     let head = input.head(1024)?;
     if crate::store::is_evidence(&head) {
@@ -160,12 +176,15 @@ pub fn open_coarse(path: &Path, spacing: Option<f64>) -> Result<Box<dyn Source>>
     }
     let suffix = path.extension().map(|s| s.to_string_lossy().to_lowercase()).unwrap_or_default();
     let expected = formats().iter().find(|(_, suffixes)| suffixes.contains(&suffix.as_str())).map(|(name, _)| *name);
+    if suffix == "evidence" {
+        return Err(input.bad(format!("expected evidence (first bytes asbuilt evidence), found {}", describe(&head))));
+    }
     match (expected, sniff(&head)) {
         (None | Some("LAS"), Some("LAS")) => Ok(Box::new(las::Las::open(input, spacing)?)),
         (None | Some("E57"), Some("E57")) => Ok(Box::new(e57::E57::open(input)?)),
         (None | Some("PLY"), Some("PLY")) => Ok(Box::new(ply::Ply::open(input)?)),
         (None | Some("PCD"), Some("PCD")) => Ok(Box::new(pcd::Pcd::open(input)?)),
-        (Some("PTX"), None) => Ok(Box::new(ptx::Ptx::open(input)?)),
+        (Some("PTX"), None) => Ok(Box::new(ptx::Ptx::open(input, scan_ends)?)),
         (Some(format @ ("PTS" | "XYZ")), None) => {
             // The suffix is the name by which people know it.
             let name = if format == "PTS" { "PTS".to_owned() } else { suffix.to_uppercase() };
@@ -173,7 +192,8 @@ pub fn open_coarse(path: &Path, spacing: Option<f64>) -> Result<Box<dyn Source>>
         }
         (Some(expected), _) => Err(input.bad(format!("expected {}, found {}", signature(expected), describe(&head)))),
         (None, _) => {
-            let known: Vec<_> = formats().iter().flat_map(|(_, suffixes)| suffixes.iter().copied()).collect();
+            let points = formats().iter().flat_map(|(_, suffixes)| suffixes.iter().copied());
+            let known: Vec<_> = points.chain(["evidence"]).collect();
             Err(Error::unsupported(path, format!("unknown format; known suffixes are {}", known.join(", "))))
         }
     }

@@ -2,9 +2,8 @@
 //! after field; it is unpacked whole, and refused beyond [`LARGEST_BLOCK`].
 
 use super::input::{Input, u32_at};
-use super::lines::{Columns, Lines, read_points};
+use super::lines::{Columns, Lines, byte_part, byte_parts, read_points};
 use super::records::{Records, Scalar};
-use super::text::{byte_part, byte_parts};
 use super::{Batch, Collector, Header, Scan, Skipped, Source};
 use crate::{Error, Result};
 

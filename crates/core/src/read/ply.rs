@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::ops::Range;
 
 use super::input::{Input, Stream};
-use super::lines::{Columns, Lines, read_points, split_lines};
+use super::lines::{Columns, Lines, byte_part, byte_parts, read_points, skip_lines};
 use super::records::{Records, Scalar};
 use super::{Batch, Collector, Header, Scan, Skipped, Source};
 use crate::{Error, Result};
@@ -27,7 +27,7 @@ enum Vertices {
     /// Binary records with lists, which must be read one after the other.
     Ragged { start: u64, count: u64, properties: Vec<Property>, axes: [usize; 3], is_big_endian: bool },
     /// Lines.
-    Lines { parts: Vec<Range<u64>>, columns: Columns },
+    Lines { all: Range<u64>, columns: Columns },
 }
 
 #[derive(Debug)]
@@ -95,9 +95,9 @@ impl Vertices {
         // A line has two bytes or more, but for elements without properties.
         let fits = |count: u64| count <= input.len();
         let lines = lines.filter(|&lines| fits(lines) && fits(vertex.count)).ok_or_else(cut_short)?;
-        let (_, start) = split_lines(input, start, lines)?.ok_or_else(cut_short)?;
-        let (parts, _) = split_lines(input, start, vertex.count)?.ok_or_else(cut_short)?;
-        Ok(Self::Lines { parts, columns: Columns::new(xyz, None, false) })
+        let start = skip_lines(input, start, lines)?.ok_or_else(cut_short)?;
+        let end = skip_lines(input, start, vertex.count)?.ok_or_else(cut_short)?;
+        Ok(Self::Lines { all: start..end, columns: Columns::new(xyz, None, false) })
     }
 
     fn open_binary(
@@ -149,7 +149,7 @@ impl Source for Ply {
         match &self.vertices {
             Vertices::Records(records) => records.parts(),
             Vertices::Ragged { .. } => 1,
-            Vertices::Lines { parts, .. } => parts.len().max(1),
+            Vertices::Lines { all, .. } => byte_parts(all.clone()),
         }
     }
 
@@ -164,12 +164,10 @@ impl Source for Ply {
                     collector.push(axes.map(|axis| walk.values[axis]))?;
                 }
             }
-            Vertices::Lines { parts, columns } => {
-                if let Some(range) = parts.get(part) {
-                    let lines = Lines::new(&self.input, range.clone());
-                    let push = |p, collector: &mut Collector<'_>| collector.push(p);
-                    read_points(&self.input, lines, columns, &mut collector, push, |_| false)?;
-                }
+            Vertices::Lines { all, columns } => {
+                let lines = Lines::within(&self.input, byte_part(all.clone(), part), all.start)?;
+                let push = |p, collector: &mut Collector<'_>| collector.push(p);
+                read_points(&self.input, lines, columns, &mut collector, push, |_| false)?;
             }
         }
         collector.finish()

@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::input::{Fnv, Input};
-use super::lines::{Columns, Lines, read_points, split_lines};
+use super::lines::{Columns, Lines, byte_part, byte_parts, read_points, skip_lines};
 use super::text::check_text;
 use super::{Batch, Collector, Header, Scan, Skipped, Source};
 use crate::Result;
@@ -21,15 +21,17 @@ pub(super) struct Ptx {
     header: Header,
     /// Rows of the 4 x 4 transform of each scan; a point is a row vector to its left.
     transforms: Vec<[[f64; 3]; 4]>,
-    /// Scan and bytes of each part.
-    parts: Vec<(usize, Range<u64>)>,
+    /// Where the points of each scan begin, and where they end.
+    places: Vec<Range<u64>>,
+    /// Scan of each part, and which of the scan's it is.
+    parts: Vec<(usize, usize)>,
 }
 
 impl Ptx {
-    /// Find where the scans begin, which takes counting the lines of all of them.
-    pub fn open(input: Input) -> Result<Self> {
+    /// Find where the scans begin, which takes counting the lines of all of them, unless it is known where they end.
+    pub fn open(input: Input, known: &[u64]) -> Result<Self> {
         check_text(&input, &input.head(1024)?, "PTX")?;
-        let (mut transforms, mut parts, mut scans) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut transforms, mut places, mut parts, mut scans) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         let mut at = 0;
         while let Some(setup) = Setup::read(&input, at)? {
             let number = scans.len();
@@ -44,8 +46,13 @@ impl Ptx {
             if setup.points > (input.len() - setup.end + 1) / SHORTEST_LINE {
                 return Err(cut_short());
             }
-            let (ranges, end) = split_lines(&input, setup.end, setup.points)?.ok_or_else(cut_short)?;
-            parts.extend(ranges.into_iter().map(|range| (number, range)));
+            let end = match known.get(number) {
+                Some(&end) if (setup.end..=input.len()).contains(&end) => end,
+                _ => skip_lines(&input, setup.end, setup.points)?.ok_or_else(cut_short)?,
+            };
+            let place = setup.end..end;
+            parts.extend((0..byte_parts(place.clone())).map(|part| (number, part)));
+            places.push(place);
             scans.push(Scan {
                 number: number as u32,
                 key: key(&input, at..end)?,
@@ -63,7 +70,7 @@ impl Ptx {
             scans,
             ..Header::default()
         };
-        Ok(Self { input, header, transforms, parts })
+        Ok(Self { input, header, transforms, places, parts })
     }
 }
 
@@ -76,8 +83,12 @@ impl Source for Ptx {
         self.parts.len().max(1)
     }
 
+    fn scan_ends(&self) -> Vec<u64> {
+        self.places.iter().map(|place| place.end).collect()
+    }
+
     fn read(&self, part: usize, sink: &mut dyn FnMut(&Batch) -> Result<()>) -> Result<Skipped> {
-        let Some((scan, range)) = self.parts.get(part).cloned() else { return Ok(Skipped::default()) };
+        let Some(&(scan, part)) = self.parts.get(part) else { return Ok(Skipped::default()) };
         let mut collector = Collector::new(scan as u32, sink);
         let [a, b, c, t] = self.transforms[scan];
         let convert = |[x, y, z]: [f64; 3], collector: &mut Collector<'_>| {
@@ -89,7 +100,8 @@ impl Source for Ptx {
             collector.push([along(0), along(1), along(2)])
         };
         let columns = Columns::new([0, 1, 2], None, false);
-        let lines = Lines::new(&self.input, range);
+        let place = &self.places[scan];
+        let lines = Lines::within(&self.input, byte_part(place.clone(), part), place.start)?;
         read_points(&self.input, lines, &columns, &mut collector, convert, |_| false)?;
         collector.finish()
     }

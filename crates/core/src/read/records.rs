@@ -1,7 +1,7 @@
 //! Binary records of equal length, each with x, y, z somewhere in it: what PLY and PCD have in common.
 
 use super::input::{Input, array};
-use super::{BATCH, Collector, PART};
+use super::{BATCH, Collector, PART, READ};
 use crate::Result;
 
 /// A type of number in a file.
@@ -87,10 +87,10 @@ impl Records {
     pub fn read(&self, input: &Input, part: usize, collector: &mut Collector<'_>) -> Result<()> {
         let end = ((part as u64 + 1) * PART).min(self.count);
         let mut buffer = Vec::new();
-        for first in (part as u64 * PART..end).step_by(BATCH) {
-            let count = (end - first).min(BATCH as u64);
+        for first in (part as u64 * PART..end).step_by(READ) {
+            let count = (end - first).min(READ as u64);
             input.read_into(self.start + first * self.length as u64, count * self.length as u64, &mut buffer)?;
-            self.decode(&buffer, collector)?;
+            buffer.chunks(self.length * BATCH).try_for_each(|records| self.decode(records, collector))?;
         }
         Ok(())
     }

@@ -1,18 +1,13 @@
 //! Columns of numbers: XYZ, TXT, CSV, ASC and PTS. What stands between the columns, which of them are x, y, z, and
 //! whether a comma is a decimal point is found out from the first lines.
 
-use std::ops::Range;
-
 use super::input::Input;
-use super::lines::{Columns, Lines, read_points};
+use super::lines::{Columns, Lines, byte_part, byte_parts, read_points};
 use super::{Batch, Collector, Header, Scan, Skipped, Source};
 use crate::{Error, Result};
 
 /// Bytes at the start from which the columns are found out.
 const SAMPLE: usize = 64 * 1024;
-
-/// Bytes of a part.
-const PART_BYTES: u64 = 8 << 20;
 
 /// What people call x, y and z, in lower case, without units.
 const NAMES: [&[&str]; 3] = [
@@ -80,17 +75,6 @@ impl Source for Text {
         read_points(&self.input, lines, &self.columns, &mut collector, |p, collector| collector.push(p), is_other)?;
         collector.finish()
     }
-}
-
-/// Into how many parts of equal length to divide some bytes.
-pub(super) fn byte_parts(all: Range<u64>) -> usize {
-    (all.end - all.start).div_ceil(PART_BYTES).max(1) as usize
-}
-
-/// The bytes of one of them.
-pub(super) fn byte_part(all: Range<u64>, part: usize) -> Range<u64> {
-    let start = all.start + (part as u64).saturating_mul(PART_BYTES);
-    start.min(all.end)..start.saturating_add(PART_BYTES).min(all.end)
 }
 
 /// Refuse what is not text in an encoding whose digits are ASCII.
