@@ -154,9 +154,9 @@ def test_a_bad_file_costs_only_itself(scans, whole, run, tmp_path, monkeypatch):
         load = asbuilt._core.Evidence.load
 
         @staticmethod
-        def gather(paths, **options):
-            read.extend(paths)
-            return gather(paths, **options)
+        def gather(files, **options):
+            read.extend(path for path, _ in files)
+            return gather(files, **options)
 
     monkeypatch.setattr(asbuilt.gather._core, "Evidence", Watched)
     code, _, err = run("evidence", *scans, "-o", out)
