@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from asbuilt.elevations import Elevations
+from asbuilt.elevations import Elevations, step_of
 from asbuilt.faces import Face, covered_length, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
@@ -30,6 +30,8 @@ _CEILING = 0.15
 """And so far below the ceiling, or higher, nothing is looked at, m."""
 _DOOR_HEIGHT = 1.95
 """A screen lower than this is furniture, unless it is long and thick, m."""
+_LEAST_STEP = 0.1
+"""What is seen along a partition is counted by steps of this, m; by longer ones in thin clouds."""
 _STEP = 0.05
 _APART = 0.3
 """What stands on a line further apart than this is not one thing, m, as seen in steps of so many m."""
@@ -53,6 +55,7 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     partition = np.zeros(len(lines), dtype=np.bool_)
     replaced = partition.copy()
     faces: list[FloatArray] = []
+    step = max(_LEAST_STEP, 4 * step_of(voxels))
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
     between = (-_FLOOR, voxels.height - _CEILING)
     for i in np.flatnonzero(length >= _MIN_LENGTH):
@@ -71,6 +74,7 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
                 offset[here],
                 voxels.covariance.take(voxel[here], axis=0),
                 voxels.height,
+                step,
             )
             if found is None:
                 continue
@@ -140,18 +144,25 @@ def _stretches(z: FloatArray, along: FloatArray, offset: FloatArray, length: flo
 
 
 def _partition(
-    line: FloatArray, z: FloatArray, along: FloatArray, offset: FloatArray, covariance: FloatArray, height: float
+    line: FloatArray,
+    z: FloatArray,
+    along: FloatArray,
+    offset: FloatArray,
+    covariance: FloatArray,
+    height: float,
+    step: float,
 ) -> tuple[FloatArray, IntArray] | None:
     """Offsets at start and end (1 or 2 planes, 2), m, of the faces of a partition along a line (4,), and the sides
-    (1: left, -1: right) on which the room before each lies; None where no partition stands.
+    (1: left, -1: right) on which the room before each lies; None where no partition stands. What is seen is counted by
+    steps (m) along it.
     """
     length = float(np.hypot(*(line[2:] - line[:2])))
     planes = _two_planes(line, z, along, offset, covariance)
     top = _top(z, offset)
     sides = np.array([-1, 1])
     if planes is None and _DOOR_HEIGHT < top < height - 0.3:
-        planes, sides = _screen(length, z, along, offset) or (None, sides)
-    elif planes is not None and not _stands_free(planes, length, z, along, offset, height):
+        planes, sides = _screen(length, z, along, offset, step) or (None, sides)
+    elif planes is not None and not _stands_free(planes, length, z, along, offset, height, step):
         return None
     if planes is None or (top < _DOOR_HEIGHT and (length < 2 * _MIN_LENGTH or np.ptp(planes.mean(axis=1)) < _SHARED)):
         return None
@@ -190,7 +201,9 @@ def _two_planes(
     return np.stack([centre - half, centre + half])
 
 
-def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray) -> tuple[FloatArray, IntArray] | None:
+def _screen(
+    length: float, z: FloatArray, along: FloatArray, offset: FloatArray, step: float
+) -> tuple[FloatArray, IntArray] | None:
     """The faces of a screen of which only the front is seen; None for other things.
 
     Offsets from the line (1 or 2 planes, 2), m, and the side on which the room before each lies: 1 for the left.
@@ -202,7 +215,7 @@ def _screen(length: float, z: FloatArray, along: FloatArray, offset: FloatArray)
 
     def covered(chosen: BoolArray, low: float = 0.0, high: float = length) -> float:
         chosen = chosen & (along >= low) & (along < high)
-        return np.count_nonzero(np.bincount((along[chosen] / 0.1).astype(np.int64))) * 0.1 / (high - low)
+        return np.count_nonzero(np.bincount((along[chosen] / step).astype(np.int64))) * step / (high - low)
 
     # On the other side its body stands on the floor.
     front = max((1, -1), key=lambda sign: np.count_nonzero(on_floor & (sign * offset > 0) & (sign * offset < 0.13)))
@@ -235,13 +248,19 @@ def _top(z: FloatArray, offset: FloatArray) -> float:
 
 
 def _stands_free(
-    planes: FloatArray, length: float, z: FloatArray, along: FloatArray, offset: FloatArray, height: float
+    planes: FloatArray,
+    length: float,
+    z: FloatArray,
+    along: FloatArray,
+    offset: FloatArray,
+    height: float,
+    step: float,
 ) -> bool:
     """Whether floor comes close on both sides, both faces are filled, and the whole is lower than the ceiling."""
     s = along / length
     faces = planes[:, [0]] + s * (planes[:, [1]] - planes[:, [0]])
     outside = np.stack([faces[0] - offset, offset - faces[1]])
-    steps = max(int(length / 0.25), 1)
+    steps = max(int(length / (2.5 * step)), 1)
 
     def covered(chosen: BoolArray) -> float:
         return np.count_nonzero(np.bincount((s[chosen] * steps).astype(np.int64))) / (steps + 1)
