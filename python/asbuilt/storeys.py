@@ -304,12 +304,11 @@ def _ceiling_height(
     limit = min(limit, int(np.percentile(wall_tops, 98)) + 4) if len(wall_tops) else limit
     tops, wall_tops = tops[tops < limit], wall_tops[wall_tops < limit]
     if len(tops) > 0:
-        counts = np.bincount(tops - floor_bin)
-        spread = counts + np.pad(counts, 1)[:-2] + np.pad(counts, 1)[2:]
-        peaks = np.flatnonzero(spread >= 0.05 * max(len(over), 1))
+        counts = np.bincount(tops - floor_bin, minlength=2)
+        # A surface falls into two bins.
+        peaks = 1 + np.flatnonzero(counts[:-1] + counts[1:] >= 0.05 * max(len(over), 1))
         if len(peaks) > 0:
-            top = peaks[-1]
-            best = max(range(max(top - 2, 0), top + 1), key=lambda i: int(counts[i]))
+            best = max(peaks[-1] - 1, peaks[-1], key=lambda i: int(counts[i]))
             return float((floor_bin + best + 0.5) * voxel)
     if len(wall_tops) > 0:
         return float((floor_bin + np.bincount(wall_tops - floor_bin).argmax()) * voxel)
