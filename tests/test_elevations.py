@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from asbuilt.elevations import Elevations, ceiling_heights, close_gaps, draw_elevations, smooth
-from asbuilt.profiles import StoreyVoxels
-from rooms import box, box_room, level, rectangle, voxels_of, wall, walls, without
+from asbuilt.profiles import StoreyVoxels, storey_voxels
+from asbuilt.storeys import Level
+from rooms import box, box_room, evidence, level, rectangle, voxels_of, wall, walls, without
 
 
 def elevation(voxels: StoreyVoxels, *line: float) -> Elevations:
@@ -71,6 +72,18 @@ def test_ceilings_of_two_rooms() -> None:
     assert ceiling_heights(place, along, -up, voxels) == pytest.approx(2.6, abs=0.01)
     assert ceiling_heights(place, along, up, voxels) == pytest.approx(2.2, abs=0.01)
     assert np.isnan(ceiling_heights(place + 50, along, up, voxels)).all()
+
+
+def test_a_lower_room_whose_ceiling_was_not_scanned() -> None:
+    """What stands on the plane tells how high its room is; a cupboard is lower than rooms are."""
+    high, low = box_room(0, 0, 8, 4, 0, 3.1), box_room(0, 4.2, 6, 8, 0, 2.7)
+    cupboard = wall((1, 2), (3, 2), 0, 2.0)
+    cloud = evidence(high[high[:, 2] < 2.95], low[low[:, 2] < 2.55], cupboard)
+    voxels = storey_voxels(cloud, Level(0, 0.0, 3.0), None)
+    drawn = elevation(voxels, 6, 8, 0, 8)
+    assert drawn.upper[on_wall(drawn, 0.5, 5.5)].min() > 0.9
+    drawn = elevation(voxels, 1, 2, 3, 2)
+    assert drawn.upper[on_wall(drawn, 0.2, 1.8)].max() == 0
 
 
 def test_under_a_cove_a_wall_ends_lower() -> None:

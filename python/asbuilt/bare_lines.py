@@ -16,6 +16,7 @@ from asbuilt.elevations import (
     close_gaps,
     close_sparse,
     filled_below,
+    instead_of_ceilings,
     ranges,
     share_filled,
     step_of,
@@ -48,15 +49,16 @@ def drop_bare(lines: FloatArray, voxels: StoreyVoxels, parameters: WallParameter
     hits = voxels.hits(lines, ON_PLANE, 0.0, step, first)
     rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
     on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    below = filled_below(close_sparse(hits.by_height(on_plane, step, rows) > 0, first))
+    filled = close_sparse(hits.by_height(on_plane, step, rows) > 0, first)
+    below = filled_below(filled)
 
     few = np.arange(0, total, _FEW)
     line_of = np.searchsorted(first, few, side="right") - 1
     along = ((lines[:, 2:] - lines[:, :2]) / length[:, None])[line_of]
     place = lines[line_of, :2] + ((few - first[line_of] + 0.5) * step)[:, None] * along
     normal = np.column_stack([-along[:, 1], along[:, 0]])
-    sampled = [ceiling_heights(place, along, side * normal, voxels) for side in (1, -1)]
-    ceilings = [np.repeat(np.where(np.isfinite(found), found, voxels.height), _FEW)[:total] for found in sampled]
+    sampled = np.stack([ceiling_heights(place, along, side * normal, voxels) for side in (1, -1)])
+    ceilings = instead_of_ceilings(np.repeat(sampled, _FEW, axis=1)[:, :total], filled, first, step, voxels)
 
     lower = share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
     whole = share_filled(below, np.full(total, 0.15), np.full(total, voxels.height - _UPPER[0][1]), step)

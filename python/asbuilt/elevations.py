@@ -50,6 +50,12 @@ _LINTEL = 1.7
 """The lintel before a shut door, which looks alike, goes on for less, m."""
 _SPARSE = (9, 0.1, 5)
 """Where of so many cells each way less than a share is filled, gaps of fewer cells than the last are closed."""
+_SCANNED = 0.45
+"""Where ceilings show over less than such a share of the floors, they were not scanned."""
+_ABOUT, _REACHED = 0.5, 0.3
+"""What fills this share of the cells so near along the plane, m, reaches as high..."""
+_LOWER = (0.7, 2.3)
+"""...and the ceiling over it is not lower than the storey's by more than the first, nor than the second, m."""
 _TOP = 0.25
 """Its upper half begins so far below the ceiling, m."""
 
@@ -150,7 +156,10 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     )
 
     hits = voxels.hits(lines, _DEPTH, MARGIN, step, first)
-    heights = np.where(np.isfinite(ceilings), ceilings, voxels.height)
+    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
+    on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
+    filled = close_sparse(hits.by_height(on_plane, step, rows) > 0, first)
+    heights = instead_of_ceilings(ceilings, filled, first, step, voxels)
     # Where the other face of its wall stands, if the room that sees the plane is on the left, and on the right.
     twins = [twin_distance(hits, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
     # Close to the plane most of all: on the far side of a thin wall another room begins.
@@ -174,9 +183,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     unknown = np.isnan(np.where(left, *ceilings))
     # Levels before and behind: a floor may be higher on one side.
     before, behind = np.where(left, floors, floors[::-1])
-    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
-    on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    below = filled_below(close_sparse(hits.by_height(on_plane, step, rows) > 0, first))
+    below = filled_below(filled)
 
     close = (_NEAR[0], np.minimum(_CLOSE[1], twin - 0.015))
     at_floor, at_ceiling = ((-within, within) for within in _WITHIN)
@@ -229,6 +236,25 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         low_behind=low_behind,
         partition=partition,
     )
+
+
+def instead_of_ceilings(
+    ceilings: FloatArray, filled: BoolArray, first: IntArray, step: float, voxels: StoreyVoxels
+) -> FloatArray:
+    """Heights of ceilings (2, m) over each step, m, with those that were not seen taken to be the storey's.
+
+    Where hardly any were scanned, a ceiling lies as high as what stands on the plane reaches, of which the cells
+    `filled` (m, rows) are: rooms of one storey are not of one height.
+    """
+    height = np.full(len(filled), voxels.height)
+    if voxels.roofed < _SCANNED:
+        wide = 2 * round(_ABOUT / step) + 1
+        dense = smooth_rows(filled.astype(np.float64), first, wide) > _REACHED
+        reached = (dense.shape[1] - dense[:, ::-1].argmax(axis=1)) * step + _UPPER[1]
+        lower = dense.any(axis=1) & (reached > max(voxels.height - _LOWER[0], _LOWER[1])) & (reached < voxels.height)
+        height[lower] = reached[lower]
+        return np.stack([height, height])
+    return np.where(np.isfinite(ceilings), ceilings, height)
 
 
 def _is_cornice(

@@ -128,6 +128,17 @@ class StoreyVoxels:
         np.minimum.at(bottoms, (x - low[0], y - low[1]), self.z[lowest])
         return low, bottoms
 
+    @cached_property
+    def roofed(self) -> float:
+        """Share of the ground cells in which floor was seen over which something is seen higher than 1.7 m; 1 without
+        floor.
+        """
+        (low, heights), (other, tops) = self.bottoms, self.tops
+        x, y = np.array(np.nonzero(heights < _OVERHEAD)) + (low - other)[:, None]
+        inside = (x >= 0) & (y >= 0) & (x < tops.shape[0]) & (y < tops.shape[1])
+        covered = np.isfinite(tops[x[inside], y[inside]])
+        return float(np.count_nonzero(covered) / len(x)) if len(x) else 1.0
+
 
 def storey_voxels(evidence: Evidence, level: Level, above: Level | None) -> StoreyVoxels:
     """The voxels between the floor of a storey and its ceiling, strays left out.
