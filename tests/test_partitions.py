@@ -49,6 +49,15 @@ def test_a_partition_in_line_with_another_wall_has_two_faces() -> None:
         assert pieces == pytest.approx(np.array([[0, 3]]), abs=END)
 
 
+def test_a_screen_where_the_floor_is_some_steps_higher() -> None:
+    x0, y0, x1, y1 = 7.0, 2.0, 10.0, 2.1
+    high = without(box_room(5.7, 0, 11, 4, 0.3, 3), (x0, y0, 0.29), (x1, y1, 0.31))
+    found = segments(extract_floor_plan(evidence(box_room(0, -4, 5.5, 4, 0, 3), high, box(x0, y0, x1, y1, 2.4, 0.3))))
+    for face in (y0, y1):
+        ((low, end),) = lying_on(found, (x0, face), (x1, face), ASIDE)
+        assert (low, end) == pytest.approx((0, 3), abs=END)
+
+
 def test_a_screen_of_which_the_front_was_seen_has_a_back_and_parts_no_room() -> None:
     x0, y0, x1, y1 = 1.0, 2.0, 4.0, 2.06
     room = without(box_room(0, 0, 5.5, 4, 0, 3), (x0, y0, -0.01), (x1, y1, 0.01))

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from asbuilt.elevations import Elevations, step_of
+from asbuilt.elevations import Elevations, floor_heights, step_of
 from asbuilt.faces import Face, covered_length, segments_of
 from asbuilt.grid import BoolArray, FloatArray, IntArray
 from asbuilt.neighbours import near_each
@@ -57,12 +57,13 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     faces: list[FloatArray] = []
     step = max(_LEAST_STEP, 4 * step_of(voxels))
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
-    between = (-_FLOOR, voxels.height - _CEILING)
+    floors = _floors(lines, voxels)
     for i in np.flatnonzero(length >= _MIN_LENGTH):
         if replaced[i] or partition[i]:
             continue
+        between = (floors[i] - _FLOOR, floors[i] + voxels.height - _CEILING)
         _, voxel, along, offset = voxels.strips(lines[[i]], _MAX_THICKNESS + 0.15, 0.1, between)
-        z = voxels.z[voxel]
+        z = voxels.z[voxel] - floors[i]
         direction = (lines[i, 2:] - lines[i, :2]) / length[i]
         for low, high in _stretches(z, along, offset, length[i]):
             here = np.flatnonzero((along > low - 0.1) & (along < high + 0.1))
@@ -130,6 +131,17 @@ def draw_backs(faces: list[Face], rooms: Sequence[shapely.Polygon], elevations: 
         replace(back, start=back.start - usual * face.normal, end=back.end - usual * face.normal, seen=False)
         for face, back in single
     ]
+
+
+def _floors(lines: FloatArray, voxels: StoreyVoxels) -> FloatArray:
+    """Height (n,) of the floor about each line (n, 4), m: that of a tilted or large building is not level."""
+    way = lines[:, 2:] - lines[:, :2]
+    along = way / np.maximum(np.hypot(*way.T), 1e-12)[:, None]
+    sides = [np.column_stack([-along[:, 1], along[:, 0]]) * sign for sign in (1, -1)]
+    places = [np.ascontiguousarray(lines[:, :2] + share * way) for share in (0.25, 0.5, 0.75)]
+    heights = [floor_heights(place, along, side, voxels) for place in places for side in sides]
+    floors: FloatArray = np.median(heights, axis=0)
+    return floors
 
 
 def _stretches(z: FloatArray, along: FloatArray, offset: FloatArray, length: float) -> list[tuple[float, float]]:
