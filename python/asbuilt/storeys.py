@@ -29,6 +29,8 @@ _WALL, _REACH = 1.5, 20.0
 """What stands this high (m) may be a wall, and what has walls within this distance (m) on all four sides is indoors."""
 SLAB = 0.12
 """A storey ends this far below the floor above it, m."""
+_TAIL = 0.2
+"""A bin with less than this share of what the one below holds shows no surface of its own."""
 _OPEN = np.iinfo(np.int32).max
 """Gap over the highest voxel of a column."""
 
@@ -304,12 +306,14 @@ def _ceiling_height(
     limit = min(limit, int(np.percentile(wall_tops, 98)) + 4) if len(wall_tops) else limit
     tops, wall_tops = tops[tops < limit], wall_tops[wall_tops < limit]
     if len(tops) > 0:
-        counts = np.bincount(tops - floor_bin, minlength=2)
-        # A surface falls into two bins.
-        peaks = 1 + np.flatnonzero(counts[:-1] + counts[1:] >= 0.05 * max(len(over), 1))
-        if len(peaks) > 0:
-            best = max(peaks[-1] - 1, peaks[-1], key=lambda i: int(counts[i]))
-            return float((floor_bin + best + 0.5) * voxel)
+        counts = np.pad(np.bincount(tops - floor_bin), (1, 1))
+        # A surface falls into two bins; what is left of it in a third is none.
+        pairs = counts[:-1] + counts[1:]
+        pairs[counts[1:] < _TAIL * counts[:-1]] = 0
+        fair = np.flatnonzero(pairs >= 0.05 * max(len(over), 1))
+        if len(fair) > 0:
+            best = max(fair[-1], fair[-1] + 1, key=lambda i: int(counts[i]))
+            return float((floor_bin + best - 0.5) * voxel)
     if len(wall_tops) > 0:
         return float((floor_bin + np.bincount(wall_tops - floor_bin).argmax()) * voxel)
     within = z[(z > floor_bin) & (z < limit)]
