@@ -29,7 +29,7 @@ from asbuilt.profiles import StoreyVoxels
 
 _UPPER = ((0.45, 0.1), (0.85, 0.5))
 """The upper zone of a wall, from and to this far below the ceiling, and below a cornice, m."""
-_LEAST = 0.5
+_LEAST = 0.15
 """Share of a wall's least score with which a line stays: an elevation may show more than the filling of its plane."""
 _FEW = 6
 """A ceiling does not change from step to step: it is looked up at one of so many."""

@@ -55,7 +55,7 @@ def find_partitions(lines: FloatArray, voxels: StoreyVoxels) -> tuple[FloatArray
     partition = np.zeros(len(lines), dtype=np.bool_)
     replaced = partition.copy()
     faces: list[FloatArray] = []
-    step = max(_LEAST_STEP, 4 * step_of(voxels))
+    step = max(_LEAST_STEP, 2 * step_of(voxels))
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
     floors = _floors(lines, voxels)
     for i in np.flatnonzero(length >= _MIN_LENGTH):
