@@ -13,16 +13,13 @@ import numpy as np
 from asbuilt.elevations import (
     ON_PLANE,
     ceiling_heights,
-    close_gaps,
-    close_sparse,
     filled_below,
+    filled_on_plane,
     instead_of_ceilings,
-    ranges,
     share_filled,
     step_of,
-    usual,
 )
-from asbuilt.faces import maximal_runs, score_filling
+from asbuilt.faces import closed_shares, maximal_runs, score_filling, usual_filling
 from asbuilt.grid import FloatArray
 from asbuilt.params import WallParameters
 from asbuilt.profiles import StoreyVoxels
@@ -46,10 +43,7 @@ def drop_bare(lines: FloatArray, voxels: StoreyVoxels, parameters: WallParameter
     length = np.hypot(lines[:, 2] - lines[:, 0], lines[:, 3] - lines[:, 1])
     first = np.concatenate([[0], np.cumsum(np.ceil(length / step).astype(np.int64))])
     total = int(first[-1])
-    hits = voxels.hits(lines, ON_PLANE, 0.0, step, first)
-    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
-    on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    filled = close_sparse(hits.by_height(on_plane, step, rows) > 0, first)
+    filled = filled_on_plane(voxels.hits(lines, ON_PLANE, 0.0, step, first), first, step)
     below = filled_below(filled)
 
     few = np.arange(0, total, _FEW)
@@ -63,10 +57,9 @@ def drop_bare(lines: FloatArray, voxels: StoreyVoxels, parameters: WallParameter
     lower = share_filled(below, np.full(total, 0.15), np.full(total, 1.9), step)
     whole = share_filled(below, np.full(total, 0.15), np.full(total, voxels.height - _UPPER[0][1]), step)
     zones = [share_filled(below, ceiling - a, ceiling - b, step) for ceiling in ceilings for a, b in _UPPER]
-    full = max(usual(whole, whole), 0.1)
-    width = 2 * (round(parameters.closing / step) // 2) + 1
+    full = usual_filling(whole)
     upper, lower, whole = (
-        np.clip(close_gaps(part, first, width) / full, 0, 1) for part in (np.max(zones, axis=0), lower, whole)
+        closed_shares(part, full, first, step, parameters) for part in (np.max(zones, axis=0), lower, whole)
     )
     scores = score_filling(upper, lower, whole, hidden=True) * step
     runs = (

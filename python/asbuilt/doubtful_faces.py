@@ -40,7 +40,7 @@ def turn_backs(faces: list[Face], elevations: Elevations) -> list[Face]:
 
     Through a thin wall, floor and ceiling of the room behind show as near as those of the room before.
     """
-    full = usual_filling(elevations)
+    full = usual_filling(elevations.whole)
     sure = [_sureness(face, elevations) for face in faces]
     filled = [elevations.whole[_steps_of(face, elevations)].mean() > _FILLED * full for face in faces]
     turned = list(faces)
@@ -103,7 +103,7 @@ def drop_unmet(faces: list[Face], elevations: Elevations) -> list[Face]:
     Those that meet none stand outside, and were seen through a window or in a mirror. Nor is such a face kept beside
     another one if it is not even told which side sees it: it is a pane.
     """
-    full = usual_filling(elevations)
+    full = usual_filling(elevations.whole)
     seen = [_is_seen(face, elevations, full) for face in faces]
     well_seen = [face for face, is_seen in zip(faces, seen, strict=True) if is_seen]
     near_tips = near_each(segments_of(faces).reshape(-1, 2), segments_of(well_seen), _MEETS)

@@ -156,9 +156,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     )
 
     hits = voxels.hits(lines, _DEPTH, MARGIN, step, first)
-    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
-    on_plane = ranges(total, 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
-    filled = close_sparse(hits.by_height(on_plane, step, rows) > 0, first)
+    filled = filled_on_plane(hits, first, step)
     heights = instead_of_ceilings(ceilings, filled, first, step, voxels)
     # Where the other face of its wall stands, if the room that sees the plane is on the left, and on the right.
     twins = [twin_distance(hits, sign, height, first, step) for sign, height in zip((1, -1), heights, strict=True)]
@@ -166,7 +164,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
     weights = ((1, _NEAR[1]), (9, _CLOSE[1]))
     around = hits.counts(
         [
-            ranges(total, sign, (_NEAR[0], np.minimum(reach, beyond - 0.015)), level, (-within, within))
+            _ranges(total, sign, (_NEAR[0], np.minimum(reach, beyond - 0.015)), level, (-within, within))
             for levels, sign, beyond in zip(zip(floors, ceilings, strict=True), (1, -1), twins[::-1], strict=True)
             for _, reach in weights
             for level, within in zip(levels, _WITHIN, strict=True)
@@ -203,7 +201,7 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         (front_is, out, ceiling - 2 * _CORNICE[1], upper_zone, 3),
         (front_is, deep, ceiling, upper_zone, 3),
     ]
-    seen = hits.counts([ranges(total, side, depth, about, height) for side, depth, about, height, _ in looks])
+    seen = hits.counts([_ranges(total, side, depth, about, height) for side, depth, about, height, _ in looks])
     floor, floor_behind, over, ceiling_behind, ceiling_beyond, low_behind, hiding, lower_down, farther = (
         smooth((count >= least).astype(np.float64), first, 5) for count, (*_, least) in zip(seen, looks, strict=True)
     )
@@ -236,6 +234,13 @@ def _draw(lines: FloatArray, partition: BoolArray, voxels: StoreyVoxels, step: f
         low_behind=low_behind,
         partition=partition,
     )
+
+
+def filled_on_plane(hits: _core.Hits, first: IntArray, step: float) -> BoolArray:
+    """Which cells of elevations (m, rows), as wide and high as a `step` (m), hold a voxel on the plane."""
+    rows = int(np.floor(max(hits.highest, 0.0) / step)) + 2
+    on_plane = _ranges(int(first[-1]), 1, (-ON_PLANE, ON_PLANE), 0.0, (np.nextafter(0.0, -1.0), np.inf))
+    return _close_sparse(hits.by_height(on_plane, step, rows) > 0, first)
 
 
 def instead_of_ceilings(
@@ -327,7 +332,7 @@ def _height_about(
 Ends: TypeAlias = tuple[FloatArray | float, FloatArray | float]
 
 
-def ranges(
+def _ranges(
     steps: int, side: FloatArray | float, depth: Ends, about: FloatArray | float, height: Ends
 ) -> tuple[FloatArray, tuple[FloatArray, FloatArray], FloatArray, tuple[FloatArray, FloatArray]]:
     """What counts at each step, as `_core.Hits` takes it: each as an array (steps,), m, also where it is the same."""
@@ -345,7 +350,7 @@ def twin_distance(hits: _core.Hits, front_is: int, ceiling: FloatArray, first: I
     door leaf in the wall's opening is not.
     """
     upper = (ceiling - _UPPER[0], ceiling - _UPPER[1])
-    behind = ranges(len(ceiling), -front_is, (ON_PLANE + 0.01, np.inf), 0.0, upper)
+    behind = _ranges(len(ceiling), -front_is, (ON_PLANE + 0.01, np.inf), 0.0, upper)
     filled = hits.by_depth(behind, 0.02, int(np.ceil(_DEPTH / 0.02)))
     dense = smooth_rows(filled.astype(np.float64), first, 2 * round(0.5 / step) + 1)
     dense[:, :-1] += dense[:, 1:]
@@ -381,7 +386,7 @@ def close_gaps(values: FloatArray, first: IntArray, width: int) -> FloatArray:
     return _core.close_gaps(np.ascontiguousarray(values), np.asarray(first, dtype=np.int64), width)
 
 
-def close_sparse(filled: BoolArray, first: IntArray) -> BoolArray:
+def _close_sparse(filled: BoolArray, first: IntArray) -> BoolArray:
     """Cells of elevations (m, rows), with the gaps between filled ones closed where only few are filled.
 
     On what is far from all scanners, points lie farther apart than cells are long; a surface they are all the same.

@@ -107,20 +107,27 @@ def score_filling(upper: FloatArray, lower: FloatArray, whole: FloatArray, hidde
 
 def closed(elevations: Elevations, part: str, parameters: WallParameters) -> FloatArray:
     """A part of the elevations as a share of what a well seen wall fills (m,), with gaps between scan lines closed."""
-    width = 2 * (round(parameters.closing / elevations.step) // 2) + 1
-    values = close_gaps(getattr(elevations, part), elevations.first, width)
-    return np.clip(values / usual_filling(elevations), 0, 1)
+    full = usual_filling(elevations.whole)
+    return closed_shares(getattr(elevations, part), full, elevations.first, elevations.step, parameters)
 
 
-def usual_filling(elevations: Elevations) -> float:
-    """Share of its heights that a well seen wall of this cloud fills: thin clouds fill less."""
-    return max(usual(elevations.whole, elevations.whole), 0.1)
+def closed_shares(
+    values: FloatArray, full: float, first: IntArray, step: float, parameters: WallParameters
+) -> FloatArray:
+    """Values (m,) of steps (m) as shares of what is full, with gaps between scan lines closed, never across lines."""
+    width = 2 * (round(parameters.closing / step) // 2) + 1
+    return np.clip(close_gaps(values, first, width) / full, 0, 1)
+
+
+def usual_filling(whole: FloatArray) -> float:
+    """Share of its heights that a well seen wall fills, by the shares of all steps (m,): thin clouds fill less."""
+    return max(usual(whole, whole), 0.1)
 
 
 def find_faces(elevations: Elevations, scores: FloatArray, parameters: WallParameters) -> list[Face]:
     """The stretches of each line that score as wall and look like one as a whole."""
     under_ceiling = closed(elevations, "upper", parameters)
-    full = usual_filling(elevations)
+    full = usual_filling(elevations.whole)
     faces = []
     for line in range(len(elevations.lines)):
         first, last = elevations.first[line], elevations.first[line + 1]

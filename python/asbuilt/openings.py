@@ -215,7 +215,8 @@ def _measure(sides: WallSides, voxels: StoreyVoxels, seen: BoolArray, box: Box, 
     width = (box.high - box.low) * step
     rim = measure_rim(box, sides, seen)
     to_ceiling = head > ceiling - 0.12
-    leaf, other_side = _filled(sides, box)
+    # Leaves, and what the other side of a wall fills, are asked for where one could walk.
+    leaf, other_side = _filled(sides, box) if walkable else (0.0, 0.0)
     if walkable and not to_ceiling:
         rim = replace(rim, density=max(rim.density, leaf))
     # A recess up to the ceiling is a niche, unless what closes it is as thin as a leaf.

@@ -134,7 +134,7 @@ class StoreyVoxels:
         floor.
         """
         (low, heights), (other, tops) = self.bottoms, self.tops
-        x, y = np.array(np.nonzero(heights < _OVERHEAD)) + (low - other)[:, None]
+        x, y = np.array(np.nonzero(np.isfinite(heights))) + (low - other)[:, None]
         inside = (x >= 0) & (y >= 0) & (x < tops.shape[0]) & (y < tops.shape[1])
         covered = np.isfinite(tops[x[inside], y[inside]])
         return float(np.count_nonzero(covered) / len(x)) if len(x) else 1.0

@@ -85,7 +85,7 @@ def draw_room_faces(
     tips = np.array([[face.start, face.end] for face in faces]).reshape(-1, 2, 2)
     straight = np.array([face.curve is None for face in faces], dtype=np.bool_)
     elevated = np.array([elevations.partition[face.line] for face in faces], dtype=np.bool_)
-    well_seen = usual_filling(elevations) * (_STANDING[1] - _STANDING[0]) / elevations.step
+    well_seen = usual_filling(elevations.whole) * (_STANDING[1] - _STANDING[0]) / elevations.step
     drawn: list[Face] = []
     taken = np.zeros(len(faces), dtype=np.bool_)
     within: list[list[tuple[float, float]]] = [[] for _ in faces]
